@@ -5,13 +5,11 @@ import shutil
 from contextlib import nullcontext
 
 import pytest
-from helpers.commands import in_this_process, refused
+from helpers.commands import in_this_process, refused, typed
 from helpers.plain import uncompiled
 from helpers.saved import one_of_each
-from typer.testing import CliRunner
 
 import carom
-from carom import cli
 from carom.studies.folder import Folder
 
 MOST_LINES = 8
@@ -76,10 +74,6 @@ KINDS = {
     "rdf.npz": ("a saved result (RDFResult)", "", "carom.load('rdf.npz')"),
     "eos.json": ("a saved result (EquationOfState)", "", "carom.load('eos.json')"),
 }
-
-
-def typed(*words):
-    return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from helpers.commands import in_this_process
+from helpers.frames import at_rest
 from helpers.options import COMMANDS, PLAN
 from helpers.plain import uncompiled
 from typer.testing import CliRunner
@@ -24,7 +25,6 @@ from carom.cli import heartbeat, meant, screen, study
 from carom.cli.options import FLAGS
 from carom.cli.templates import SPECS
 from carom.declared import fields_of, schema_of
-from carom.frame import Frame
 from carom.meant import NOWHERE, SAME
 from carom.scene.keywords import ELSEWHERE
 from carom.scene_file.commands import PlanSpec
@@ -365,7 +365,7 @@ def material(tmp_path_factory):
     )
     with io.open(folder / "two.extxyz", "w") as writer:
         for time in (0.0, 1.0):
-            writer.write(frame_at(scene, time))
+            writer.write(at_rest(scene, time))
     assert type_in(folder, "run", *RUN, "--out", "finished").code == 0
     (folder / "begun").mkdir()
     shutil.copy(folder / "finished" / "scene.toml", folder / "begun")
@@ -391,14 +391,6 @@ def material(tmp_path_factory):
 def typed():
     """Return what commands without the option did, by what was typed: many cases share one."""
     return {}
-
-
-def frame_at(scene, time):
-    """Return the scene as a frame."""
-    return Frame(
-        time, 0, scene.positions, np.zeros_like(scene.positions), scene.box, scene.diameters, scene.masses,
-        species=scene.species,
-    )  # fmt: skip
 
 
 def type_in(folder, command, *arguments, asked=None):

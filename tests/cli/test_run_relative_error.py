@@ -5,7 +5,7 @@ import os
 import signal
 
 import pytest
-from helpers.commands import assert_same_run, carom as command
+from helpers.commands import PLAN, assert_same_run, carom as command
 
 import carom
 from carom.compiling import compile_listeners
@@ -13,21 +13,9 @@ from carom.errors import InputError
 from carom.observables.precision import FLOOR
 from carom.scene_file.scene_file import RunSpec, SceneFile
 
-PRECISE = """
-[scene]
-lattice = "fcc"
-cells = 3
-packing_fraction = 0.3
-
-[run]
-seed = 5
-equilibration = 50
-relative_error = 3e-3
-frames = 20
-checkpoint_every = 0.02
-
-pictures = false
-"""
+PRECISE = PLAN.format(equilibration=50, measured=0, frames=20).replace(
+    "collisions_per_particle = 0", "relative_error = 3e-3"
+)
 
 
 @pytest.fixture(scope="module")

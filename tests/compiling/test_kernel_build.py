@@ -1,14 +1,12 @@
 """The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
+from helpers.scripts import python
 from helpers.tiny import run_tiny
 from numba.core import event
 
@@ -131,14 +129,7 @@ def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
         models.unlink(missing_ok=True)
         if content is not None:
             models.write_text(content)
-        done = subprocess.run(
-            [sys.executable, "-B", "-c", program],
-            cwd=tmp_path,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.stdout.strip() == expected, done.stderr
+        said = python("-B", "-c", program, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+        assert said.strip() == expected
     # Files are named after what is in them: processes that save at the same time do not mix them up.
     assert len(list((tmp_path / "cache").rglob("*.nbc"))) == 2

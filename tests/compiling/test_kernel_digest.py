@@ -2,14 +2,12 @@
 
 import importlib
 import json
-import os
 import pkgutil
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from helpers.scripts import python
 
 import carom
 import carom.engine
@@ -94,15 +92,7 @@ for function, kinds in kernels(sys.argv[1]):
 def said(program, *words, source=None):
     """Return what a process of its own prints, with the package of a folder."""
     path = {"PYTHONPATH": str(source)} if source else {}
-    done = subprocess.run(
-        [sys.executable, "-B", "-c", program, *words],
-        env={**os.environ, **path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return python("-B", "-c", program, *words, **path)
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,6 @@ Compiling takes seconds for every combination of models, so that all runs as pla
 same bits; compiled, one of each kind with ``pytest -m slow``.
 """
 
-import subprocess
-import sys
 from itertools import islice
 
 import numpy as np
@@ -17,6 +15,7 @@ from helpers.neighbors import check_invariants, check_lists, go
 from helpers.oracle import oracle_of
 from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, placed
 from helpers.plain import plain_python
+from helpers.scripts import python
 
 import carom
 from carom.io.events import read_events
@@ -113,10 +112,7 @@ def test_compiled_and_plain_python_give_the_same_bits():
         "print(hashlib.sha256(bits).hexdigest(), stretches.tally(sim))"
     )
     plain = plain_python("-c", program)
-    compiled = subprocess.run(
-        [sys.executable, "-c", program], cwd=TESTS, capture_output=True, text=True, check=True
-    )
-    assert compiled.stdout == plain
+    assert python("-c", program, cwd=TESTS) == plain
 
 
 @pytest.mark.usefixtures("both_ways")

@@ -1,14 +1,12 @@
 """The basic functions: conditions (I) to (V) of the paper, in every dimension; models of other types."""
 
 import math
-import os
-import subprocess
-import sys
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from helpers.oracle import EPS, moving
+from helpers.scripts import python
 from hypothesis import given, strategies as st
 
 import carom
@@ -200,13 +198,8 @@ print(sorted(sim.frame().velocities[:, 0].tolist()))
 def test_a_model_from_outside_the_package_is_chosen_by_its_type(tmp_path):
     # In a process and with a cache of its own: the index of Numba's cache names the module of every model and
     # cannot be read where one of them cannot be imported.
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", CLAY], env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
     # Each collision halves the relative velocity, 2 at the start.
-    assert done.stdout.strip() == "[-0.125, 0.125]"
+    assert python("-c", CLAY, NUMBA_CACHE_DIR=str(tmp_path)).strip() == "[-0.125, 0.125]"
 
 
 @pytest.mark.usefixtures("unscheduled")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.mixtures import mixture
 
 import carom
 from carom.engine.constants import LAMBDA
@@ -18,11 +19,7 @@ SCENES = {
         lattice="cubic", cells=5, dimension=4, packing_fraction=0.1
     ),
     "walls": lambda: carom.Scene.random(n=800, packing_fraction=0.25, walls="z", seed=1),
-    "a mixture": lambda: carom.Scene.random(
-        species=[carom.Species(count=400), carom.Species(count=400, diameter=1.6)],
-        packing_fraction=0.4,
-        seed=1,
-    ),
+    "a mixture": lambda: mixture([400, 400], diameters=[1.0, 1.6], packing_fraction=0.4, seed=1),
 }
 
 DEFAULT = ("sectors", "thin", "disks")

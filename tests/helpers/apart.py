@@ -1,8 +1,5 @@
-"""Files of tests in copies of the worker, which end when they have grown large.
-
-Compiled code cannot be given back: after all files a worker held gigabytes. A worker forks, the copy runs the
-tests of one file after the other, as many as its memory allows, and the worker passes on what the copy
-reports. What one file has compiled the next need not compile again.
+"""Files of tests in forked copies of the worker, which end when they have grown large: compiled code cannot
+be given back, and what one file has compiled the next need not.
 """
 
 import faulthandler
@@ -31,10 +28,8 @@ MANY = 20
 
 
 def compile_common_kinds():
-    """Compile the most common kernels: what they inline, nearly all kernels inline.
-
-    A copy has it in its memory, and compiles only what is new in a kind of its own. The cache on disk keeps
-    whole kernels, of which no other kernel can use a part.
+    """Compile the most common kernels, whose parts nearly all others inline: the cache on disk keeps whole
+    kernels only.
     """
     import carom
 

@@ -1,7 +1,5 @@
-"""Checkpoints with any number in the place of another; `python -m helpers.checkpoints NAME...` tries all.
-
-Each is loaded and run in a process of its own, a fork of one that has compiled everything. It is refused in a
-sentence, or it runs: a crash, a traceback and a run without end are faults.
+"""Checkpoints with any number in the place of another, each refused in a sentence, or run; `python -m
+helpers.checkpoints NAME...` tries all, in forks of a process that has compiled everything.
 """
 
 import json

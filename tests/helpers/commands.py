@@ -52,6 +52,11 @@ def carom(*arguments, cwd=None, **options):
     )
 
 
+def typed(*words):
+    """Type a command in this process; return what it said, whatever it raised."""
+    return CliRunner().invoke(cli.app, [*map(str, words)])
+
+
 @contextlib.contextmanager
 def in_this_process():
     """Let studies run here what they would run in processes."""

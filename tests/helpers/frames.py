@@ -109,6 +109,15 @@ def frame_of(positions, box, diameters=1.0, periodic=True, species=None) -> Fram
     )  # fmt: skip
 
 
+def at_rest(scene, time=0.0, **more) -> Frame:
+    """Return the frame of a scene whose particles rest."""
+    still = np.zeros_like(scene.positions)
+    return Frame(
+        time, 0, scene.positions, still, scene.box, scene.diameters, scene.masses,
+        **{"species": scene.species, **more},
+    )  # fmt: skip
+
+
 def crystal(dimension: int, cells, apart: float = TOUCHING) -> Frame:
     """The densest lattice, its neighbours `apart` of a diameter from contact."""
     lattice = lattices.densest(dimension)

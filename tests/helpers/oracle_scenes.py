@@ -138,11 +138,8 @@ def in_a_small_box(d):
 def contact_matrix(d):
     kinds = np.arange(8) % 2
     contact = [[1.0, 0.9], [0.9, 0.6]] if d % 2 else [[1.0, 0.65], [0.65, 0.6]]
-    scene = carom.Scene.random(
-        species=[carom.Species(count=4), carom.Species(count=4, diameter=0.6, mass=0.4)],
-        contact=contact,
-        box=BOXES[d],
-        seed=30 + d,
+    scene = mixture(
+        [4, 4], diameters=[1.0, 0.6], masses=[1.0, 0.4], contact=contact, box=BOXES[d], seed=30 + d
     )
     assert (np.sort(scene.species) == np.sort(kinds)).all()
     return case(moving(scene, d))
@@ -151,12 +148,7 @@ def contact_matrix(d):
 def contact_beyond_the_sum(d):
     """Unlike ones keep far more apart than their radii, in a box that just has room for lists."""
     contact = [[1.0, 1.1], [1.1, 0.3]]
-    scene = carom.Scene.random(
-        species=[carom.Species(count=2), carom.Species(count=2, diameter=0.3)],
-        contact=contact,
-        box=(5.6,) * d,
-        seed=25 + d,
-    )
+    scene = mixture([2, 2], diameters=[1.0, 0.3], contact=contact, box=(5.6,) * d, seed=25 + d)
     return case(moving(scene, d))
 
 

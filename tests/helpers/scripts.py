@@ -1,6 +1,8 @@
-"""Scripts that are no part of the package, as modules."""
+"""Scripts that are no part of the package, as modules, and Python in a process of its own."""
 
 import importlib.util
+import os
+import subprocess
 import sys
 
 
@@ -14,3 +16,13 @@ def module_of(path):
     finally:
         sys.path.remove(str(path.parent))
     return module
+
+
+def python(*words, cwd=None, timeout=600, **environment):
+    """Run Python with these words and more variables to its end without an error; return what it printed."""
+    done = subprocess.run(
+        [sys.executable, *map(str, words)],
+        cwd=cwd, env={**os.environ, **environment}, timeout=timeout, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-3000:]
+    return done.stdout

@@ -1,8 +1,6 @@
 """Tiny runs in a process of their own, and the digest of their bits."""
 
-import os
-import subprocess
-import sys
+from helpers.scripts import python
 
 TINY = """
 import hashlib, carom
@@ -30,13 +28,4 @@ def run_tiny(source=None, **environment):
     """Run the tiny cases in a process of their own and return the digest of all bits."""
     # A checkout's own folder first, for the test of an edited copy.
     path = {"PYTHONPATH": str(source)} if source else {}
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore::RuntimeWarning", "-c", TINY],
-        env={**os.environ, **path, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    return python("-W", "ignore::RuntimeWarning", "-c", TINY, timeout=300, **path, **environment).strip()

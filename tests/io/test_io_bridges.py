@@ -1,8 +1,6 @@
 """ASE, OVITO's columns and MDAnalysis: other programs see what Carom wrote."""
 
 import dataclasses
-import subprocess
-import sys
 import warnings
 
 import ase
@@ -10,6 +8,7 @@ import MDAnalysis as mda
 import numpy as np
 import pytest
 from helpers.frames import assert_same, float32_spacing, make_frames, write
+from helpers.scripts import python
 
 import carom.io
 from carom.errors import FileError, InputError
@@ -301,7 +300,4 @@ def test_rdf_of_a_lattice_through_the_universe():
 def test_importing_carom_and_its_files_is_light():
     heavy = ("ase", "MDAnalysis", "h5py", "gsd")
     code = f"import sys, carom, carom.io; print([name for name in {heavy} if name in sys.modules])"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    assert done.stdout == "[]\n"
+    assert python("-c", code) == "[]\n"

@@ -1,9 +1,12 @@
 """Active particles: exact displacements and directions, bits that nothing changes, and phases."""
 
+import functools
 import math
 
 import numpy as np
 import pytest
+from helpers import goes_on
+from helpers.estimates import agrees
 from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 
@@ -19,6 +22,7 @@ SLOW = pytest.mark.slow
 
 FIVE_SIGMA = 5.0
 """Above the standard error of some 60 averages in this file: one run in 30 000 would fail by chance, once."""
+within = functools.partial(agrees, sigmas=FIVE_SIGMA)
 
 
 def swimmers(d=2):
@@ -33,15 +37,7 @@ def made(drive, d, species=None):
 
 
 def same(a, b):
-    one, two = a.frame(), b.frame()
-    moved = (one.positions == two.positions).all() and (one.velocities == two.velocities).all()
-    return moved and (a.drive.directions == b.drive.directions).all()
-
-
-def within(values, exact):
-    """Tell whether a mean of correlated samples agrees with an exact value."""
-    found = blocking(values)
-    return abs(found.mean - exact) < FIVE_SIGMA * found.error
+    return goes_on.same(a, b) and (a.drive.directions == b.drive.directions).all()
 
 
 def square(drive, d, durations):

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from helpers.goes_on import assert_goes_on
+from helpers.estimates import agrees
+from helpers.goes_on import assert_goes_on, same
 from helpers.mixtures import mixture
 
 import carom
@@ -53,11 +54,6 @@ def disks(drive, **changes):
     return carom.Scene.random(64, 0.3, 2, seed=1).replace(drive=drive, **changes)
 
 
-def same(a, b):
-    one, two = a.frame(), b.frame()
-    return (one.positions == two.positions).all() and (one.velocities == two.velocities).all()
-
-
 def caps():
     points = [[5.0, 4.0, 4.0], [4.0, 5.0, 4.0]]
     return carom.Scene(points, box=(8.0,) * 3, diameter=0.4, motion=GreatCircles())
@@ -67,20 +63,14 @@ def heated(scene):
     carom.Simulation(scene).equilibrate(kT=2.0, collisions_per_particle=1)
 
 
-def within(value, exact):
-    """Tell whether a mean of correlated samples agrees with an exact value."""
-    found = blocking(value)
-    return abs(found.mean - exact) < FOUR_SIGMA * found.error
-
-
 @pytest.mark.parametrize("drive", [Andersen(0.7, rate=3.0), Langevin(0.7, friction=2.0, step=0.3)])
 def test_disks_in_a_bath_have_the_energies_of_the_canonical_distribution(drive):
     sim = carom.Simulation(disks(drive), kT=2.0, seed=1)
     sim.run(time=20.0)
     degrees = 2 * 64  # no momentum is conserved
     energies = np.array([0.5 * np.sum(f.velocities**2) for f in sim.sample(every=0.5, count=4000)])
-    assert within(energies, 0.5 * degrees * 0.7)
-    assert within((energies - 0.5 * degrees * 0.7) ** 2, 0.5 * degrees * 0.7**2)
+    assert agrees(energies, 0.5 * degrees * 0.7)
+    assert agrees((energies - 0.5 * degrees * 0.7) ** 2, 0.5 * degrees * 0.7**2)
     assert sim.degrees_of_freedom == degrees
 
 
@@ -107,7 +97,7 @@ def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
     assert sim.collisions < 100  # points, nearly
     for lag in (1, 3):
         correlation = np.mean(v[lag:] * v[:-lag], axis=(1, 2))
-        assert within(correlation, 1.5 * math.exp(-0.5 * lag))
+        assert agrees(correlation, 1.5 * math.exp(-0.5 * lag))
 
 
 @pytest.mark.parametrize(
@@ -164,7 +154,7 @@ def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
         r -= box * np.rint(r / box)
         inside.append(float(np.sum(r * r) < width**2))
     well = math.pi * (width**2 - 1.0) * math.exp(1.0 / kT)
-    assert within(np.array(inside), well / (well + box**2 - math.pi * width**2))
+    assert agrees(np.array(inside), well / (well + box**2 - math.pi * width**2))
 
 
 @SLOW
@@ -175,7 +165,7 @@ def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
     heights = np.array([f.positions[:, 1].mean() for f in sim.sample(every=3.0, count=6000)])
     height, length = 1.5 / (2.0 * 0.5), 9.0
     exact = height - length / math.expm1(length / height)
-    assert within(heights, exact)
+    assert agrees(heights, exact)
 
 
 @pytest.mark.slow

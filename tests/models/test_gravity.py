@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers import bed as beds
 from helpers.goes_on import assert_goes_on
 from helpers.naive.falling import Floor, fall
 from helpers.round_things import around_a_ball
@@ -180,35 +181,16 @@ def test_bad_input_is_refused_in_a_sentence():
 def test_a_scene_file_holds_field_floor_and_loss():
     from carom.scene_file.scene_file import SceneFile
 
-    text = """
-[scene]
-n = 20
-box = [8.5, 12.0]
-walls = "y"
-
-[scene.motion]
-type = "gravity"
-g = [0.0, -1.0]
-
-[scene.impact]
-type = "loss"
-restitution = 0.9
-contact_time = 1e-3
-
-[scene.obstacles.floor]
-type = "plane"
-normal = [0.0, 1.0]
-offset = 0.5
-impact = { restitution = 0.8, contact_time = 1e-3 }
-shake = { amplitude = 0.3, period = 2.0 }
-"""
+    text = beds.SCENE.replace("restitution = 0.8\n", "restitution = 0.9\n").replace(
+        "offset = 0.0", "offset = 0.5"
+    )
     plan = SceneFile.from_toml(text)
     assert SceneFile.from_toml(plan.to_toml()) == plan
     scene = plan.build_scene()
-    assert scene.motion == Gravity((0.0, -1.0))
-    assert scene.impact == Loss(0.9, contact_time=1e-3)
-    law = Loss(0.8, contact_time=1e-3)
-    assert scene.obstacles[0] == Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.3, 2.0), impact=law)
+    assert scene.motion == Gravity((0.0, -1.5))
+    assert scene.impact == Loss(0.9, contact_time=1e-2)
+    law = Loss(0.8, contact_time=1e-2)
+    assert scene.obstacles[0] == Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.2, 2.0), impact=law)
     with pytest.raises(InputError, match="type of a motion must be one of gravity"):
         SceneFile.from_toml('[scene]\nmotion = { type = "warp" }')
     with pytest.raises(InputError, match="A motion of type gravity needs g"):

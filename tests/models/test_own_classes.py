@@ -2,13 +2,11 @@
 
 import dataclasses
 import math
-import os
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from helpers.scripts import python
 
 import carom
 from carom import seeds
@@ -573,54 +571,33 @@ def shaken(path):
     return Plane((0.0, 1.0), 0.5, "floor", shake=path)
 
 
+CHECKED = [
+    (odd(Cores, jump=lambda self, i, j, rr, rv, now: (1.0, 2.0))(1.0), "a, b, virial, found a"),
+    (odd(Cores, core_square=lambda self, i, j, now: None)(1.0), "a number, found nothing."),
+    (odd(Cores, p=own.prepared(lambda self, particles: "a"))(1.0), "array of them, found the"),
+    (odd(Cores, p=own.memory(lambda self, particles: 1.0))(1.0), "an array of numbers, found 1"),
+    (odd(Well, step_of=lambda self, distance: 0.5)(1.0, 1.5, 1.0), "must be an integer"),
+    (odd(Well, step_of=lambda self, distance: 7)(1.0, 1.5, 1.0), "between -1 and 1, found 7"),
+    (odd(Falling, position=lambda self, axis, x, v, t: None)((0.0,)), "found nothing."),
+    (
+        odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
+        "kick of Odd returns a ndarray; expected nothing: write the new velocity into v",
+    ),
+    (
+        odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),
+        "exit_time of Odd must return the time, and 1 at the upper end or 0, found 1.0.",
+    ),
+    (odd(Tired, transfer=lambda self, rr, rv: "a")(0.9, 0.1), "a number, found the string"),
+    (odd(Bath, next_time=lambda self, i, x, v, time: (1.0,))(1.0, 1.0, 1), "a number, found"),
+    (odd(Floor, encounter=lambda self, x, v, radius, growth: (1.0, 2.0))(0.5), "encounter of Odd"),
+]
+
+
 @pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("ask", "value", "words"),
     [
-        (
-            carom.check,
-            odd(Cores, jump=lambda self, i, j, rr, rv, now: (1.0, 2.0))(1.0),
-            "a, b, virial, found a",
-        ),
-        (carom.check, odd(Cores, core_square=lambda self, i, j, now: None)(1.0), "a number, found nothing."),
-        (
-            carom.check,
-            odd(Cores, p=own.prepared(lambda self, particles: "a"))(1.0),
-            "array of them, found the",
-        ),
-        (
-            carom.check,
-            odd(Cores, p=own.memory(lambda self, particles: 1.0))(1.0),
-            "an array of numbers, found 1",
-        ),
-        (carom.check, odd(Well, step_of=lambda self, distance: 0.5)(1.0, 1.5, 1.0), "must be an integer"),
-        (
-            carom.check,
-            odd(Well, step_of=lambda self, distance: 7)(1.0, 1.5, 1.0),
-            "between -1 and 1, found 7",
-        ),
-        (carom.check, odd(Falling, position=lambda self, axis, x, v, t: None)((0.0,)), "found nothing."),
-        (
-            carom.check,
-            odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
-            "kick of Odd returns a ndarray; expected nothing: write the new velocity into v",
-        ),
-        (
-            carom.check,
-            odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),
-            "exit_time of Odd must return the time, and 1 at the upper end or 0, found 1.0.",
-        ),
-        (carom.check, odd(Tired, transfer=lambda self, rr, rv: "a")(0.9, 0.1), "a number, found the string"),
-        (
-            carom.check,
-            odd(Bath, next_time=lambda self, i, x, v, time: (1.0,))(1.0, 1.0, 1),
-            "a number, found",
-        ),
-        (
-            carom.check,
-            odd(Floor, encounter=lambda self, x, v, radius, growth: (1.0, 2.0))(0.5),
-            "encounter of Odd",
-        ),
+        *((carom.check, *row) for row in CHECKED),
         (
             lambda value: value.gap(np.ones((3, 2)), np.ones(3), (8.0, 8.0), (False, False)),
             odd(Floor, gap=lambda self, positions, radii, box, periodic: positions)(0.5),
@@ -836,16 +813,7 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
     (tmp_path / "probe.py").write_text(PROBE)
 
     def said():
-        done = subprocess.run(
-            [sys.executable, "-B", "probe.py"],
-            cwd=tmp_path,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout.strip()
+        return python("-B", "probe.py", cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")).strip()
 
     assert [said(), said()] == ["compiled 3.0", "loaded 3.0"]
     (tmp_path / "walls.py").write_text(MODULE.replace("STRENGTH = 2.0", "STRENGTH = 4.0"))

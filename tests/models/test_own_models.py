@@ -2,10 +2,7 @@
 
 import functools
 import inspect
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -13,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from helpers.magnetic import charges, least_gap
+from helpers.scripts import python
 
 import carom
 from carom.compiling.borrowed import borrowed
@@ -83,16 +81,8 @@ def test_the_page_runs_as_it_stands(tmp_path):
     # A file: Numba's cache on disk names the module of every type, and reads its sources.
     script = tmp_path / "own.py"
     script.write_text("\n".join([*cells, SLIT]), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore::RuntimeWarning", script, tmp_path / "slit.h5"],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
+    words = "-W", "ignore::RuntimeWarning", script, tmp_path / "slit.h5"
+    lines = python(*words, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path)).splitlines()
     assert lines[0] == "True"
     assert sum(line.startswith("holds") for line in lines) == 8
     assert lines.count("True") == 7

@@ -2,11 +2,11 @@
 
 import os
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from helpers.scripts import python
 from typer.testing import CliRunner
 
 import carom
@@ -233,13 +233,5 @@ assert page.data["replay"]["units"]["names"] == ["hare", "fox"]
 @pytest.mark.slow
 def test_a_run_of_a_rule_file_resumes_bit_for_bit_and_is_shown(files):
     # In plain Python: twenty units need no compiler.
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
-        cwd=files,
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
+    python("-c", SCRIPT, cwd=files, NUMBA_DISABLE_JIT="1")
     assert Path(files / "whole" / "scene.toml").read_text().count("sha256") == 1

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.mixtures import mixed
+from helpers.mixtures import mixed, mixture
 from scipy.signal import lfilter
 from scipy.stats import binom
 
@@ -158,11 +158,8 @@ def test_species_are_named_that_exchange_energy_more_slowly_than_the_stretch_las
 
 
 def mixture_of_disks(mass, count=8):
-    return carom.Scene.random(
-        species=[carom.Species("big", count=count, mass=mass), carom.Species("small", count=count)],
-        dimension=2,
-        packing_fraction=0.1,
-        seed=0,
+    return mixture(
+        [count, count], masses=[mass, 1.0], names=["big", "small"], dimension=2, packing_fraction=0.1, seed=0
     )
 
 

@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 from helpers import beside_mdanalysis
-from helpers.mixtures import mixed
+from helpers.frames import at_rest
+from helpers.mixtures import mixed, mixture
 
 import carom
 from carom import Species, theory
@@ -53,12 +54,7 @@ def test_an_ideal_mixture_has_partial_distributions_of_one(dimension, pair):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_partial_counts_are_those_of_every_pair_one_by_one(dimension):
-    scene = Scene.random(
-        species=[Species(count=12), Species(count=20, diameter=0.6)],
-        dimension=dimension,
-        packing_fraction=0.25,
-        seed=3,
-    )
+    scene = mixture([12, 20], diameters=[1.0, 0.6], dimension=dimension, packing_fraction=0.25, seed=3)
     frame = frame_of(scene.positions, scene.diameters, scene.species, scene.box, names=("big", "small"))
     total = 0
     for a, b in ((0, 0), (0, 1), (1, 1)):
@@ -131,10 +127,7 @@ def test_walls_and_frames_without_species_are_refused():
     plain = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses)
     with pytest.raises(InputError, match="no species"):
         RDF(pair=(0, 1)).over([plain])
-    walled = Frame(
-        0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses,
-        periodic=(True, False),
-    )  # fmt: skip
+    walled = at_rest(scene, periodic=(True, False), species=None)
     with pytest.raises(InputError, match="Axis 1 of the box has walls"):
         RDF().over([walled])
 

@@ -2,13 +2,13 @@
 
 import dataclasses
 import itertools
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
+from helpers.mixtures import mixture
+from helpers.scripts import python
 from scipy.spatial import cKDTree
 
 import carom
@@ -125,32 +125,13 @@ def test_positions_outside_of_walls_are_refused():
 
 
 def test_a_mixture_is_read_once_and_has_the_counts_of_each_pair_alone():
-    scene = carom.Scene.random(
-        species=[
-            carom.Species(count=40),
-            carom.Species(count=60, diameter=0.5),
-            carom.Species(count=1, diameter=0.8),
-        ],
-        packing_fraction=0.2,
-        seed=1,
-    )
+    scene = mixture([40, 60, 1], diameters=[1.0, 0.5, 0.8], packing_fraction=0.2, seed=1)
     rng = np.random.default_rng(0)
     frames = []
     for k in range(3):
         # Any valid frame will do: the scene's own, moved as a whole.
         x = np.mod(scene.positions + rng.random(3) * scene.box, scene.box)
-        frames.append(
-            Frame(
-                float(k),
-                0,
-                x,
-                np.zeros_like(x),
-                scene.box,
-                scene.diameters,
-                scene.masses,
-                species=scene.species,
-            )
-        )
+        frames.append(dataclasses.replace(at_rest(scene, float(k)), positions=x))
     passes = []
 
     def once():
@@ -191,12 +172,5 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
         "print(distance_counts(cells, None, np.array([0.0, 0.25, 0.5]))[0].tolist())"
     )
     # Neither the package's folder nor a home is offered: a folder below a file cannot be made.
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(blocked / "cache"),
-        "PYTHONPATH": str(Path(carom.__file__).parents[1]),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300
-    )
-    assert done.stdout.strip() == "[1, 0]", done.stderr
+    places = {"NUMBA_CACHE_DIR": str(blocked / "cache"), "PYTHONPATH": str(Path(carom.__file__).parents[1])}
+    assert python("-c", code, **places).strip() == "[1, 0]"

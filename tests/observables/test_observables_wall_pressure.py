@@ -1,10 +1,12 @@
 """The pressure on walls and obstacles from tallies, and the degrees of freedom that go with them."""
 
+import dataclasses
 import math
 import warnings
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
 from scipy.stats import chi2
 
 import carom
@@ -190,16 +192,8 @@ def test_the_balance_of_a_contact_and_of_free_flight(periodic, obstacles, k, tou
     )
 
     def weighted(place):
-        frame = Frame(
-            0.0,
-            0,
-            np.array([place]),
-            velocity[None],
-            scene.box,
-            scene.diameters,
-            scene.masses,
-            periodic=periodic,
-        )
+        still = at_rest(scene, periodic=periodic)
+        frame = dataclasses.replace(still, positions=np.array([place]), velocities=velocity[None])
         return weighted_momenta(frame, scene)[k]
 
     # What the obstacle takes up at the contact, M loses.

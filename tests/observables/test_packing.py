@@ -7,16 +7,15 @@ import math
 import numpy as np
 import pytest
 from helpers.frames import TOUCHING, crystal, frame_of, without
+from helpers.mixtures import mixture
 
 import carom
-from carom import Species
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.models import Ball, SphericalContainer
 from carom.observables.packing import REACH, is_held, network_of, packing_network
 from carom.pictures import plots
 from carom.scene import lattices
-from carom.scene.scene import Scene
 from carom.studies.packings.packing import HISTORY, Packing
 
 
@@ -147,13 +146,7 @@ def test_a_matrix_of_contacts_replaces_the_diameters():
 @pytest.mark.parametrize("ratio", [1.4, 20.0])
 def test_near_pairs_of_unequal_disks_are_all_found(ratio):
     """Against every pair one by one, over all images."""
-    scene = Scene.random(
-        species=[Species(count=10, diameter=ratio), Species(count=40)],
-        dimension=2,
-        packing_fraction=0.6,
-        seed=2,
-        walls="y",
-    )
+    scene = mixture([10, 40], diameters=[ratio, 1.0], dimension=2, packing_fraction=0.6, seed=2, walls="y")
     frame = frame_of(scene.positions, scene.box, scene.diameters)
     network = packing_network(frame, gap=0.01)
     expected = []

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom.block import Block, MomentumFlux
@@ -17,11 +18,8 @@ FIVE = 5.0
 
 
 SCENES = {
-    "a mixture": carom.Scene.random(
-        dimension=2,
-        packing_fraction=0.3,
-        species=[carom.Species(count=10), carom.Species(count=6, diameter=0.5, mass=0.25)],
-        seed=1,
+    "a mixture": mixture(
+        [10, 6], diameters=[1.0, 0.5], masses=[1.0, 0.25], dimension=2, packing_fraction=0.3, seed=1
     ),
     "walls": carom.Scene.random(12, 0.3, 2, seed=1, walls=True),
     "an obstacle": carom.Scene.random(12, 0.3, 2, seed=1, obstacles=[Ball((2.0, 2.0), 1.0)]),

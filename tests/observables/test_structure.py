@@ -2,21 +2,17 @@
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest, frame_of
+from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.observables import RDF, DensityProfile, Dynamics
 
 
 @pytest.mark.usefixtures("unscheduled")
 def test_a_profile_of_a_species_that_is_not_there_is_refused():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=5), carom.Species(count=5, diameter=0.5)],
-        packing_fraction=0.05,
-        dimension=2,
-        seed=1,
-    )
+    scene = mixture([5, 5], diameters=[1.0, 0.5], packing_fraction=0.05, dimension=2, seed=1)
     frame = carom.Simulation(scene, seed=0).frame()
     DensityProfile(species=1).add(frame)
     with pytest.raises(InputError, match="species is 2; known are 0, 1"):
@@ -46,17 +42,7 @@ def test_an_ideal_profile_is_counted_by_hand():
 
 def test_the_profile_of_a_species_counts_that_species_alone():
     positions = np.array([[0.5, 0.5], [2.5, 1.0], [2.75, 3.0], [1.5, 2.0]])
-    frame = Frame(
-        time=0.0,
-        step=0,
-        positions=positions,
-        velocities=np.zeros((4, 2)),
-        box=(4.0, 4.0),
-        diameters=np.full(4, 0.25),
-        masses=np.ones(4),
-        images=None,
-        species=np.array([0, 1, 0, 2]),
-    )
+    frame = frame_of(positions, (4.0, 4.0), 0.25, species=np.array([0, 1, 0, 2]))
     expected = {0: [0.25, 0.0, 0.25, 0.0], 1: [0.0, 0.0, 0.25, 0.0], 2: [0.0, 0.25, 0.0, 0.0]}
     for species, right in expected.items():
         profile = DensityProfile(bins=4, species=species)
@@ -111,17 +97,8 @@ def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
 
 
 def test_running_coordination_of_two_species_counts_each_others_neighbours():
-    scene = carom.Scene.random(
-        species=[carom.Species("a", count=20), carom.Species("b", count=40)],
-        dimension=3,
-        packing_fraction=0.2,
-        seed=1,
-    )
-    still = np.zeros_like(scene.positions)
-    frame = Frame(
-        0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses, species=scene.species,
-        species_names=("a", "b"),
-    )  # fmt: skip
+    scene = mixture([20, 40], names=["a", "b"], dimension=3, packing_fraction=0.2, seed=1)
+    frame = at_rest(scene, species_names=("a", "b"))
     rmax = 0.45 * min(scene.box)
     here, there = (carom.RDF(pair=p, bins=50, rmax=rmax).over([frame]) for p in (("a", "b"), ("b", "a")))
     number = here.coordination()[0][-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
@@ -78,10 +79,6 @@ def test_distances_of_all_pairs_are_in_the_largest_diameter():
     scene = Scene.random(
         species=[Species(count=60), Species(count=60, diameter=0.5)], packing_fraction=0.2, seed=1
     )
-    frame = Frame(
-        0.0, 0, scene.positions, np.zeros((120, 3)), scene.box, scene.diameters, scene.masses,
-        species=scene.species,
-    )  # fmt: skip
-    found = PartialRDF(scene).over([frame])
+    found = PartialRDF(scene).over([at_rest(scene)])
     lines = plots.partial_rdf(found).axes[0].lines[1:]
     assert sorted(line.get_xdata()[0] for line in lines) == pytest.approx([0.5, 0.75, 1.0], rel=1e-9)

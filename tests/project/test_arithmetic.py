@@ -1,13 +1,11 @@
 """Arithmetic that has the same bits on every processor, and the observables that are computed with it."""
 
-import os
-import subprocess
-import sys
 from fractions import Fraction
 
 import mpmath
 import numpy as np
 import pytest
+from helpers.scripts import python
 
 from carom import arithmetic
 
@@ -116,12 +114,7 @@ def test_least_squares_leave_out_a_column_of_zeros():
 
 def test_observables_have_the_same_bits_with_narrow_registers_and_with_other_matrix_products():
     def observed(**other):
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", OBSERVED],
-            env={**os.environ, **other}, capture_output=True, text=True, timeout=300, check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr[-2000:]
-        return done.stdout.splitlines()
+        return python("-W", "ignore", "-c", OBSERVED, **other).splitlines()
 
     here = observed()
     assert len(here) == 10

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.marks import slow
 
 EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").glob("*.py"))
 
@@ -50,10 +51,8 @@ def test_there_are_examples():
 @pytest.mark.ci
 @pytest.mark.parametrize(
     "example",
-    [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
-        for path in EXAMPLES
-    ],
+    [slow(path) if path.stem in LONG else path for path in EXAMPLES],
+    ids=[path.stem for path in EXAMPLES],
 )
 def test_example_runs_at_smoke_size(example, tmp_path):
     # A folder of its own to stand in, so that a file written beside --out is seen.

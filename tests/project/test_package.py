@@ -2,7 +2,6 @@
 
 import ast
 import importlib
-import os
 import re
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from helpers.scripts import python
 
 import carom
 
@@ -150,15 +150,7 @@ def test_wheel_installs_and_runs(built, tmp_path):
     ]
     subprocess.run(install, check=True, capture_output=True, timeout=300)
     code = "import carom; print(carom.__file__, carom.__version__, carom.Scene.crystal(32, 0.4).n)"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(target)},
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    file, version, n = done.stdout.rsplit(maxsplit=2)
+    file, version, n = python("-c", code, cwd=tmp_path, PYTHONPATH=str(target)).rsplit(maxsplit=2)
     assert Path(file).is_relative_to(target)
     assert (version, n) == (carom.__version__, "32")
 
@@ -216,12 +208,7 @@ print("code 5:", runner.invoke(carom.cli.app, ["code", "5"]).exit_code)
 @pytest.mark.ci
 def test_every_command_starts_where_only_the_plain_dependencies_are(tmp_path):
     """``carom trade`` once failed after the README's install, because it needs mpmath."""
-    done = subprocess.run(
-        [sys.executable, "-c", HIDING, *plain_dependencies()], capture_output=True, text=True, check=False,
-        cwd=tmp_path,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
+    lines = python("-c", HIDING, *plain_dependencies(), cwd=tmp_path).splitlines()
     assert lines[0] == "pytest hidden: True"
     assert "trade 0" in lines
     assert all(line.endswith(" 0") for line in lines[1:]), lines

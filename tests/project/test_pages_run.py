@@ -5,14 +5,13 @@ has to be small for the test is made small there, too.
 """
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from helpers.marks import slow
 from helpers.pages import EVERY, ROOT, blocks
+from helpers.scripts import python
 from typer.testing import CliRunner
 
 from carom.cli import app
@@ -103,10 +102,8 @@ def agrees(printed: str, shown: str) -> bool:
 @pytest.mark.ci
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in LONG else [])
-        for page in PAGES
-    ],
+    [slow(page) if page.name in LONG else page for page in PAGES],
+    ids=[page.name for page in PAGES],
 )
 def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, tmp_path):
     (tmp_path / "noting.py").write_text(NOTING, encoding="utf-8")
@@ -119,15 +116,7 @@ def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, 
         code += block
         shown.append((range(first, code.count("\n") + 1), output))
     (tmp_path / "page.py").write_text(code, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "page.py"],
-        cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
+    python("page.py", cwd=tmp_path, MPLBACKEND="Agg")
     said = {int(k): v for k, v in json.loads((tmp_path / "said.json").read_text()).items()}
     for lines, output in shown:
         assert not output or "".join(said.get(k, "") for k in lines) == output

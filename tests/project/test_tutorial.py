@@ -1,12 +1,10 @@
 """The tutorial notebook: its cells run in turn, and what it shows was made by them."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from helpers.scripts import python
 
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial.ipynb"
 CELLS = [c for c in json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
@@ -25,17 +23,8 @@ def test_the_cells_run_in_turn_and_print_what_the_notebook_shows(tmp_path):
     ]
     script = tmp_path / "tutorial.py"
     script.write_text("\n".join(code), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, script],
-        cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
     # The same seed gives the same bits: the numbers are those of the notebook.
-    found = [part.strip() for part in done.stdout.split("end of cell\n")]
+    found = [part.strip() for part in python(script, cwd=tmp_path, MPLBACKEND="Agg").split("end of cell\n")]
     assert found[:-1] == [printed(cell).strip() for cell in CELLS]
 
 

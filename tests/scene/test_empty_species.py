@@ -10,7 +10,7 @@ from helpers.marks import slow
 from helpers.mixtures import mixed, mixture
 
 import carom
-from carom import InputError, Scene, Simulation, Species, io
+from carom import InputError, Scene, Simulation, io
 from carom.observables import RDF
 from carom.scene.species import pair_name
 from carom.scene_file.scene_file import SceneFile
@@ -103,11 +103,8 @@ def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("unscheduled")
 def test_a_species_whose_name_is_a_number_is_found_by_its_name():
-    scene = Scene.random(
-        species=[Species("1", count=30), Species("0", count=20, diameter=0.6)],
-        dimension=2,
-        packing_fraction=0.2,
-        seed=1,
+    scene = mixture(
+        [30, 20], diameters=[1.0, 0.6], names=["1", "0"], dimension=2, packing_fraction=0.2, seed=1
     )
     frame = Simulation(scene, seed=1).frame()
     assert RDF(pair=("1", "1")).over([frame]).counts.sum() == RDF(pair=(0, 0)).over([frame]).counts.sum()

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
+from helpers.mixtures import mixture
 
-import carom
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.observables import BondOrder, neighbors
 from carom.scene.overlaps import Room
 
@@ -62,19 +62,9 @@ def test_one_neighbour_fewer_than_there_are_others_is_everybody():
 
 
 def test_the_order_of_a_species_between_walls_is_that_of_its_own_pairs():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=150), carom.Species(count=150, diameter=0.5)],
-        dimension=2,
-        packing_fraction=0.4,
-        seed=1,
-    )
-    still = np.zeros_like(scene.positions)
-    frame = Frame(
-        0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses, species=scene.species,
-        periodic=(True, False),
-    )  # fmt: skip
+    scene = mixture([150, 150], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1)
     order = BondOrder(6, nearest=6, species=1, rmax=2.0)
-    order.add(frame)
+    order.add(at_rest(scene, periodic=(True, False)))
     room, places = Room(np.array(scene.box), np.array([True, False])), scene.positions[scene.species == 1]
     near = np.argsort(squares(room, places), axis=1)[:, :6]
     bonds = places[near] - places[:, None]

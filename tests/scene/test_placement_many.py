@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 from scipy.spatial import cKDTree
 
 import carom
@@ -79,12 +80,7 @@ def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dim
 
 def test_many_unequal_spheres_between_walls_are_placed_without_overlap():
     n = overlaps.MANY
-    scene = carom.Scene.random(
-        species=[carom.Species(count=n // 4), carom.Species(count=n, diameter=0.4)],
-        packing_fraction=0.35,
-        walls="z",
-        seed=1,
-    )
+    scene = mixture([n // 4, n], diameters=[1.0, 0.4], packing_fraction=0.35, walls="z", seed=1)
     room = Room(np.array(scene.box), np.array(scene.periodic))
     contacts = Contacts(scene.diameters)
     tree = cKDTree(scene.positions, boxsize=[*scene.box[:2], 0.0])

@@ -10,11 +10,10 @@ import ase
 import numpy as np
 import pytest
 from helpers.marks import slow
-from helpers.mixtures import mixed
+from helpers.mixtures import mixed, mixture
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
 from carom.scene import overlaps
@@ -357,11 +356,8 @@ def test_dense_random_scenes_are_grown(n, dimension, fraction):
 
 @pytest.mark.slow
 def test_dense_random_mixtures_between_walls_are_grown():
-    scene = Scene.random(
-        species=[Species(count=150), Species(count=150, diameter=0.5, mass=0.1)],
-        packing_fraction=0.56,
-        walls=True,
-        seed=1,
+    scene = mixture(
+        [150, 150], diameters=[1.0, 0.5], masses=[1.0, 0.1], packing_fraction=0.56, walls=True, seed=1
     )
     assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
     assert sorted(set(scene.diameters.tolist())) == [0.5, 1.0]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
 
 from carom import io
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.models import Ball, Plane
 from carom.models.contacts.restitution import Restitution
 from carom.scene.scene import Scene
@@ -110,10 +110,7 @@ def test_all_axes_periodic_is_the_default_however_it_is_said():
 
 def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
     scene = Scene.random(5, dimension=2, box=6.0, walls=True, obstacles=[Ball((3.0, 3.0), 1.0)], seed=0)
-    frame = Frame(
-        0.0, 0, scene.positions, scene.positions * 0, scene.box, scene.diameters, scene.masses,
-        periodic=scene.periodic,
-    )  # fmt: skip
+    frame = at_rest(scene, periodic=scene.periodic, species=None)
     with io.open(tmp_path / "start.h5md", "w") as writer:
         writer.write(frame)
     spec = SceneSpec(file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, impact=0.8)

@@ -6,21 +6,16 @@ import warnings
 
 import numpy as np
 import pytest
-from helpers.commands import refused
-from typer.testing import CliRunner
+from helpers.commands import refused, typed
 
 import carom
-from carom import cli, io
+from carom import io
 from carom.errors import CaromWarning, FileError, InputError
 from carom.observables.rdf import PartialRDF
 from carom.studies.measuring import QUANTITIES
 from carom.studies.places import TABLES
 
 FRAMES = 24
-
-
-def typed(*words):
-    return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
 def written(path, scene, count=FRAMES, every=0.25):

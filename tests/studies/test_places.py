@@ -5,13 +5,11 @@ import subprocess
 
 import pytest
 import typer
-from helpers.commands import CAROM
+from helpers.commands import CAROM, typed
 from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
-from typer.testing import CliRunner
 
 import carom
-from carom import cli
 from carom.cli.study import finish, reserve
 from carom.errors import FileError
 from carom.paths import remnants
@@ -52,7 +50,7 @@ def test_a_folder_holds_one_kind_of_results(tmp_path, command):
             folder.mkdir()
             (folder / name).write_text("{}")
             before = content(folder)
-            done = CliRunner().invoke(cli.app, [command, *words, "--out", str(folder)])
+            done = typed(command, *words, "--out", folder)
             assert (done.exit_code, type(done.exception)) == (2, SystemExit), (name, done.output)
             assert f"holds {other} already ({name})" in done.output.replace("\n", " ")
             assert content(folder) == before
@@ -67,7 +65,7 @@ def test_a_folder_of_a_study_is_not_taken_by_another_kind_of_study(tmp_path, mon
             pass
         before = (tmp_path / kind.name / "study.json").read_bytes()
         for other in words.keys() - {kind.name}:
-            done = CliRunner().invoke(cli.app, [other, *words[other], "--out", kind.name])
+            done = typed(other, *words[other], "--out", kind.name)
             (said,) = done.stderr.strip().splitlines()
             assert (done.exit_code, done.stdout) == (2, ""), (kind.name, other, done.output)
             assert f"{kind.name} holds the results of another study" in said
@@ -88,7 +86,7 @@ def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, comma
     scene.write_text('[scene]\nlattice = "fcc"\ncells = 2\npacking_fraction = 0.3\n')
     words = words if command == "code" else [str(scene), *({"plan": ["-t", "Z=0.1"]}.get(command, []))]
     (tmp_path / "plan.json" if kind != "a plan" else tmp_path / "events.h5").write_text("{}")
-    done = CliRunner().invoke(cli.app, [command, *words, "--out", str(tmp_path)])
+    done = typed(command, *words, "--out", tmp_path)
     assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.output
     assert "already" in done.output
 
@@ -100,14 +98,14 @@ def test_a_study_stopped_before_its_first_task_has_its_file(tmp_path, monkeypatc
 
     monkeypatch.setattr(executors, "run", stopped)
     out = tmp_path / "out"
-    done = CliRunner().invoke(cli.app, [command, *INTO[command][1], "--out", str(out)])
+    done = typed(command, *INTO[command][1], "--out", out)
     assert done.exit_code == 130
     spec = {kind.name: kind.Spec for kind in STUDIES.values()}[command]
     assert spec.load(out / "study.toml") == load(out).spec
 
 
 def test_where_nothing_was_written_yet_the_same_command_is_named(tmp_path):
-    done = CliRunner().invoke(cli.app, ["resume", str(tmp_path)])
+    done = typed("resume", tmp_path)
     assert done.exit_code == 2
     assert "type the command that began there again" in " ".join(done.output.split())
     assert "carom run" not in done.output
@@ -124,7 +122,7 @@ def test_every_command_with_a_folder_is_looked_at():
 def test_a_folder_with_a_run_and_a_packing_is_not_resumed_as_one_of_them(tmp_path):
     for name in ("checkpoint.h5", "compression.h5"):
         (tmp_path / name).write_text("")
-    done = CliRunner().invoke(cli.app, ["resume", str(tmp_path)])
+    done = typed("resume", tmp_path)
     assert done.exit_code == 2
     assert "holds a run (checkpoint.h5) and a packing" in done.output.replace("\n", " ")
 
@@ -134,7 +132,7 @@ def test_a_scene_file_of_the_user_is_not_replaced_by_a_run(tmp_path, monkeypatch
     text = "# Mine.\n[scene]\nn = 32\npacking_fraction = 0.1\n"
     (tmp_path / "scene.toml").write_text(text)
     for options in ([], ["--overwrite"]):
-        done = CliRunner().invoke(cli.app, ["run", "scene.toml", "--out", ".", *options])
+        done = typed("run", "scene.toml", "--out", ".", *options)
         assert done.exit_code == 2
         assert "written or annotated by somebody" in done.output
         assert content(tmp_path) == {"scene.toml": text.encode()}
@@ -220,7 +218,7 @@ def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_pat
     }
     for name, words in WRONG.items():
         for options in ([], ["--json"]):
-            done = CliRunner().invoke(cli.app, [name, *words, *options])
+            done = typed(name, *words, *options)
             assert (done.exit_code, done.stdout) == (2, ""), (name, options, done.output)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.commands import refused
+from helpers.mixtures import mixture
 from typer.testing import CliRunner
 
 import carom
@@ -173,11 +174,8 @@ def test_collisions_of_two_species_are_counted_once(plain):
 @pytest.mark.slow
 def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     # Exact for every N: sixteen spheres, two masses, two sizes.
-    scene = carom.Scene.random(
-        species=[carom.Species(count=8), carom.Species(count=8, diameter=1.4, mass=3.0)],
-        packing_fraction=0.2,
-        dimension=3,
-        seed=1,
+    scene = mixture(
+        [8, 8], diameters=[1.0, 1.4], masses=[1.0, 3.0], packing_fraction=0.2, dimension=3, seed=1
     )
     sim = Simulation(scene, kT=2.0, seed=2)
     sim.run(collisions_per_particle=100)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom import io
@@ -110,11 +111,8 @@ def test_kinetic_energy_of_a_part_passes_physical_validation():
 def test_light_and_heavy_spheres_pass_the_equipartition_of_physical_validation():
     import physical_validation as pv
 
-    scene = carom.Scene.random(
-        species=[carom.Species(count=432, mass=4.0), carom.Species(count=432, diameter=0.7)],
-        dimension=3,
-        packing_fraction=0.3,
-        seed=2,
+    scene = mixture(
+        [432, 432], diameters=[1.0, 0.7], masses=[4.0, 1.0], dimension=3, packing_fraction=0.3, seed=2
     )
     sim = carom.Simulation(scene, seed=2)
     sim.run(collisions_per_particle=100)

@@ -7,6 +7,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 from helpers.frames import frames_of, write
+from helpers.mixtures import mixture
 from MDAnalysis.analysis.msd import EinsteinMSD
 
 import carom
@@ -44,11 +45,8 @@ def test_ase_reads_names_that_are_no_chemical_symbols_as_no_element(tmp_path):
 
 
 def test_a_scene_from_ase_keeps_the_species_that_carom_wrote(tmp_path):
-    start = carom.Scene.random(
-        species=[carom.Species("big", count=20), carom.Species("small", count=10, diameter=0.5)],
-        dimension=3,
-        packing_fraction=0.2,
-        seed=1,
+    start = mixture(
+        [20, 10], diameters=[1.0, 0.5], names=["big", "small"], dimension=3, packing_fraction=0.2, seed=1
     )
     frame = carom.Frame(
         0.0, 0, start.positions, np.ones((30, 3)), start.box, start.diameters, start.masses,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.mixtures import mixed
+from helpers.mixtures import mixed, mixture
 from helpers.oracle_scenes import moving
 
 import carom
@@ -56,9 +56,11 @@ def check_mixture(scene, collisions, expected, accuracy, error=0.0):
 
 
 def disks(n, eta, ratio=1.4):
-    scene = carom.Scene.random(
+    scene = mixture(
+        fractions=[1, 1],
+        diameters=[ratio, 1.0],
+        masses=[2.0, 0.5],
         n=n,
-        species=[carom.Species(fraction=1, diameter=ratio, mass=2.0), carom.Species(fraction=1, mass=0.5)],
         dimension=2,
         packing_fraction=eta,
         seed=1,
@@ -139,11 +141,8 @@ def test_mixtures_drawn_at_random(number):
 
 def test_equipartition_of_few_unequal_disks():
     # <m_i v_i^2> = d kT (1 - m_i / M) where the momentum is zero: 13 % less for these heavy ones than d kT.
-    scene = carom.Scene.random(
-        species=[carom.Species(count=4, mass=8.0), carom.Species(count=20, diameter=0.8)],
-        dimension=2,
-        packing_fraction=0.4,
-        seed=2,
+    scene = mixture(
+        [4, 20], diameters=[1.0, 0.8], masses=[8.0, 1.0], dimension=2, packing_fraction=0.4, seed=2
     )
     sim = carom.Simulation(scene, seed=3, tuning=carom.Tuning(neighbors="lists"))
     sim.run(collisions=1000)

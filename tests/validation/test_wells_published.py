@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom.errors import CaromWarning
@@ -19,17 +20,9 @@ INF = math.inf
 
 @dataclass(frozen=True)
 class Published:
-    """A run at constant energy by another program.
-
-    Attributes
-    ----------
-    source : str
-    events : int
-        Length of their run. Ours is cut into stretches of this length: their errors are the scatter of these.
-    energy : float
-        Kinetic plus potential energy of one component; theirs does not change.
-    values : dict
-        What they print, by the names of `observed`. "kT" is twice the kinetic energy over d N.
+    """A run of ``events`` events at constant energy by another program: kinetic plus potential ``energy`` of
+    one component, and the ``values`` that it prints, by the names of `observed` ("kT" is twice the kinetic
+    energy over d N).
     """
 
     source: str
@@ -84,11 +77,7 @@ def scene_of_thin():
 
 
 def scene_of_mixture():
-    places = carom.Scene.random(
-        species=[carom.Species(count=100), carom.Species(count=3900, diameter=0.5, mass=0.125)],
-        packing_fraction=0.3,
-        seed=5,
-    )
+    places = mixture([100, 3900], diameters=[1.0, 0.5], masses=[1.0, 0.125], packing_fraction=0.3, seed=5)
     assert places.box[0] == pytest.approx(10.083897274776522, rel=1e-12)  # theirs
     cores = [[1.0, 0.75], [0.75, 0.5]]
     table = StepTable([[Steps([core, 1.5 * core], [INF, -1.0]) for core in row] for row in cores])

@@ -1,15 +1,14 @@
 """Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.mixtures import mixture
 from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
+from helpers.scripts import python
 
 import carom
 from carom.engine.neighbors import plan as scheme, sizes
@@ -46,12 +45,7 @@ def test_so_it_does_for_sizes_and_masses_of_their_own(box):
 @pytest.mark.slow
 def test_so_it_does_for_a_contact_matrix():
     contact = [[1.0, 0.65], [0.65, 0.6]]
-    scene = carom.Scene.random(
-        species=[carom.Species(count=4), carom.Species(count=4, diameter=0.6)],
-        contact=contact,
-        box=(8.0, 9.0),
-        seed=30,
-    )
+    scene = mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)
     check(case(moving(scene, 5)), "all")
 
 
@@ -188,14 +182,7 @@ def test_contacts_that_find_no_room_are_found_again():
     """
     told = []
     for room in (16, 1):
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", CROWDED, str(room)],
-            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        told.append(np.array(json.loads(done.stdout)))
+        told.append(np.array(json.loads(python("-W", "ignore", "-c", CROWDED, room, NUMBA_DISABLE_JIT="1"))))
     np.testing.assert_allclose(told[1][1:], told[0][1:], rtol=0.0, atol=1e-5)
     assert told[1][0] > told[0][0]  # who has lost one searches again, by an advancement
 

@@ -6,6 +6,7 @@ import signal
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom import Scene, Simulation, Species
@@ -23,8 +24,10 @@ CLOCK = {"collisions_per_second", "seconds"}
 
 def scene_of(growing=False):
     """A mixture between walls, around a ball, that loses energy where diameters do not grow."""
-    return Scene.random(
-        species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)],
+    return mixture(
+        [20, 28],
+        diameters=[1.0, 0.6],
+        masses=[1.0, 0.3],
         dimension=2,
         packing_fraction=0.1,
         walls="y",

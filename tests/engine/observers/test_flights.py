@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom import theory
@@ -22,11 +23,7 @@ FIVE = 5.0
 
 @pytest.fixture(scope="module")
 def found():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=64), carom.Species(count=64, diameter=0.6, mass=0.25)],
-        packing_fraction=0.3,
-        seed=2,
-    )
+    scene = mixture([64, 64], diameters=[1.0, 0.6], masses=[1.0, 0.25], packing_fraction=0.3, seed=2)
     sim = carom.Simulation(scene, seed=3)
     sim.run(collisions_per_particle=100)
     before = sim.collisions_by_species

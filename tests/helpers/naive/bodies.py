@@ -1,9 +1,5 @@
-"""Bodies for the naive fall: convex hulls of a few corners, rounded, at rest or shaken along a line.
-
-The square of the distance is the least of those from all segments and triangles between corners. It is
-sampled in doubles, in steps much shorter than the period and the radius, and its zero enclosed with all
-digits; the normal is its numerical gradient. This shares nothing with the engine: no closest points, planes
-or bounds.
+"""Bodies for the naive fall: convex hulls of a few corners, rounded, at rest or shaken along a line;
+distances are the least from all segments and triangles, sampled, and normals numerical gradients.
 """
 
 from __future__ import annotations
@@ -20,9 +16,8 @@ FLIGHT = 100
 
 
 class Solid(NamedTuple):
-    """The hull of corners, (k, d) numbers, within a distance; ``amplitude sin(2 pi t / period)`` shifts it.
-
-    Give it after floors that enclose the particles: it is looked at as far as they let these fly.
+    """The hull of corners, (k, d) numbers, within a distance, shaken as a floor; give it after floors that
+    enclose the particles: it is looked at as far as they let these fly.
     """
 
     corners: Any

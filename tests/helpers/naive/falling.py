@@ -1,8 +1,5 @@
-"""The naive algorithm in a uniform field, over planes that may be shaken, in high precision.
-
-All particles are advanced to every event. Meetings of pairs are roots of a quadratic equation. The height
-above a plane is sampled in doubles, in steps much shorter than the period; its zero is then enclosed with all
-digits. This is slow, and shares nothing with the engine.
+"""The naive algorithm in a uniform field, over planes that may be shaken: all particles are advanced to every
+event, heights are sampled in doubles, and their zeros enclosed with all digits.
 """
 
 from __future__ import annotations
@@ -17,16 +14,8 @@ STEPS = 400
 
 
 class Floor(NamedTuple):
-    """A plane ``normal . x >= offset``, which ``amplitude sin(2 pi t / period)`` shifts along its normal.
-
-    Attributes
-    ----------
-    normal : d numbers
-        Of length 1.
-    offset, amplitude, period : number
-        [length], [length], [time]; an amplitude of zero is a plane at rest.
-    restitution : number
-        Fraction of the normal relative speed that remains after a contact.
+    """A plane ``normal . x >= offset``, normal a unit vector, which ``amplitude sin(2 pi t / period)`` shifts
+    along its normal [length, time].
     """
 
     normal: tuple[Any, ...]
@@ -41,16 +30,8 @@ class Floor(NamedTuple):
 
 
 class Event(NamedTuple):
-    """The state just after an event.
-
-    Attributes
-    ----------
-    time : number
-        Time of the event.
-    i, j : int
-        The two particles; ``n + k`` is floor k.
-    positions, velocities : lists of lists of numbers
-        Those of all particles, not wrapped.
+    """The state just after an event of particles i and j, where ``n + k`` is floor k; positions are not
+    wrapped.
     """
 
     time: Any
@@ -72,32 +53,9 @@ def fall(
     contact_time: Any = 0,
     digits: int = 40,
 ) -> Iterator[Event]:
-    """Yield one event after the other.
-
-    Parameters
-    ----------
-    positions, velocities : (n, d) numbers
-        At the start.
-    g : d numbers
-        Acceleration of all particles.
-    floors : sequence of Floor or helpers.naive.bodies.Solid
-        What they fall on.
-    box : d numbers, optional
-        Edge of each axis that is periodic, and 0 for the others; by default no axis is periodic.
-    diameter : number
-        Diameter of all particles; masses are equal.
-    restitution : number
-        That of contacts of two particles.
-    contact_time : number
-        A contact of two loses no energy if one of them had a contact with a particle within this time. A
-        contact with a floor loses none if the last one with the same floor was within this time.
-    digits : int
-        Decimal digits.
-
-    Raises
-    ------
-    ValueError
-        If no particle falls on a floor although an axis is periodic.
+    """Yield one event after the other of particles, (n, d), of equal masses under the acceleration ``g``;
+    ``box`` has 0 for axes that are not periodic, and a contact loses no energy where one of the pair had one
+    within ``contact_time`` (with a floor: with that floor).
     """
     import mpmath
 
@@ -195,9 +153,8 @@ class _Plane:
             v[axis] += (1 + kept) * approach * a
 
     def landing(self, x: list[Any], v: list[Any], g: list[Any], now: Any, limit: Any, just: bool) -> Any:
-        """Return the time until a particle touches, or None if that is beyond a limit.
-
-        A particle that has `just` touched first moves away from the floor.
+        """Return the time until a particle touches that has not `just` touched, or None if that is beyond a
+        limit.
         """
         h = sum(a * b for a, b in zip(self._normal, x, strict=True)) - self._offset - self._radius
         u = sum(a * b for a, b in zip(self._normal, v, strict=True))
@@ -249,9 +206,8 @@ class _Plane:
 
 
 def _longest(h: float, u: float, b: float, amplitude: float) -> float | None:
-    """Return a time by which a particle has certainly touched a plane, or after which it does not come back.
-
-    None stands for a particle that never comes near the plane.
+    """Return a time by which a particle has certainly touched a plane, or does not come back; None if it
+    never does.
     """
     if b < 0:
         return (u + math.sqrt(u * u - 2 * b * (h + amplitude + 1e-9))) / -b + 1e-9

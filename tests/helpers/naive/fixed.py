@@ -1,7 +1,5 @@
-"""Fixed obstacles: walls, planes, balls and containers, in any arithmetic.
-
-They are described by tables of numbers, as in a scene file: ``{"type": "plane", "normal": ..., "offset":
-...}``, or ``"ball"``, ``"sphere"`` and ``"cylinder"`` with ``center`` and ``radius`` (and ``axis``).
+"""Fixed obstacles, walls, planes, balls and containers, in any arithmetic, described by tables as in a scene
+file.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
-"""Caps on a sphere by the naive algorithm, in any number of digits: the oracle of great circles.
-
-The earliest contact of all pairs is found, all caps are advanced to it, two velocities change, and the search
-starts over. A contact is approached in steps that the largest possible speed of approach allows, and then
-found by bisection. Neither the arithmetic nor the method is shared with the engine.
+"""Caps on a sphere by the naive algorithm, in any number of digits: the earliest contact of all pairs is
+approached in steps that the largest speed allows, and found by bisection.
 """
 
 from __future__ import annotations
@@ -15,16 +12,8 @@ FINEST = 1e-6
 
 
 class Contact(NamedTuple):
-    """The state just after a contact.
-
-    Attributes
-    ----------
-    time : mpf
-        Time of the contact [time].
-    i, j : int
-        The two caps.
-    positions, velocities : lists of lists of mpf
-        Those of all caps, (n, k), about the center of the sphere.
+    """The state just after a contact [time] of caps i and j: positions and velocities of all, (n, k), about
+    the center of the sphere.
     """
 
     time: Any
@@ -42,18 +31,8 @@ def caps(
     growth: float = 0.0,
     digits: int = 50,
 ) -> Iterator[Contact]:
-    """Yield one contact after the other of equal caps on the unit sphere.
-
-    Parameters
-    ----------
-    positions, velocities : (n, k) sequences
-        At the start, about the center of the sphere. They are projected onto the sphere and its tangents.
-    diameter : float
-        Chord at which two centers touch.
-    growth : float
-        Growth of the diameter per time.
-    digits : int
-        Decimal digits of the arithmetic.
+    """Yield one contact after the other of equal caps on the unit sphere, (n, k), which touch at the chord
+    ``diameter``; ``growth`` is that of the diameter per time.
     """
     import mpmath
 
@@ -111,9 +90,8 @@ def _first(
     limit: Any,
     parting: bool,
 ) -> Any:
-    """Return the time until two touch, or infinity if it is later than a limit.
-
-    Two that are `parting` have just touched: they meet only after their gap was positive.
+    """Return the time until two touch, or infinity beyond a limit; two that are `parting` meet only after
+    their gap was positive.
     """
 
     def gap(t: Any) -> Any:

@@ -1,7 +1,5 @@
-"""The naive algorithm for units with range rules, in high precision: all pairs, all counters, every time.
-
-:class:`helpers.naive.steps.NaiveSteps` holds which units are inside which circles. The units in a circle
-are counted whenever a rule is called. Events at the same time happen in the order of the units' numbers.
+"""The naive algorithm for units with range rules, in high precision: a rule counts all units in its circles,
+and events at the same time happen in the order of the units' numbers.
 """
 
 from __future__ import annotations
@@ -18,16 +16,8 @@ ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 
 
 class Decision(NamedTuple):
-    """One event.
-
-    Attributes
-    ----------
-    time : number
-        Time of the event [time].
-    units : tuple of ints
-        The pair that crosses a distance, or the single unit whose rule is called.
-    cause : int
-        ENTERED, LEFT, TIMER or CHANGED.
+    """One event [time]: of the pair that crosses a distance (ENTERED, LEFT), or the unit whose rule is called
+    (TIMER, CHANGED).
     """
 
     time: Any
@@ -36,22 +26,8 @@ class Decision(NamedTuple):
 
 
 class NaiveRules(NaiveSteps):
-    """Units in a periodic box, with circles and a rule.
-
-    Parameters
-    ----------
-    positions, velocities, box, digits
-        As of :class:`NaiveSteps`.
-    circles : sequence of sequences of numbers
-        Radii of the circles of each kind, rising.
-    kinds : sequence of n ints
-        Kind of each unit.
-    rule : callable
-        ``rule(unit, event)``, with the names that ``carom.models.Ranges`` gives.
-    timers, memory : sequences
-        Those of each kind at the start.
-    seed : int
-        Seed of the random numbers, which the rule draws itself.
+    """Units of several kinds in a periodic box, with the radii of each kind's circles, rising, its timers and
+    memory at the start, and ``rule(unit, event)``, which knows the names of ``carom.models.Ranges``.
     """
 
     def __init__(
@@ -99,13 +75,7 @@ class NaiveRules(NaiveSteps):
         return found
 
     def decide(self) -> Decision:
-        """Realise the next event and return it.
-
-        Raises
-        ------
-        InputError
-            If all units are at rest and no timer runs.
-        """
+        """Realise the next event and return it."""
         zero = self._context.mpf(10) ** (-self._context.dps // 2)
         while True:
             fastest = max(abs(a) for row in self.v for a in row)

@@ -1,9 +1,5 @@
-"""Time-driven stepping, with which event-driven simulation is compared.
-
-Lubachevsky (1991) compares his algorithm with this one. All spheres advance by a fixed time step. Those that
-are then found to overlap and to approach exchange momentum as if they had just touched. It is simple, and it
-is wrong in three ways that shrink with the step. Contacts are found too late. Grazing contacts, and those of
-three spheres within a step, are missed or processed wrongly. Spheres overlap.
+"""Time-driven stepping, with which Lubachevsky (1991) compares event-driven simulation: spheres that overlap
+after a step and approach exchange momentum, so that contacts come late or are missed.
 """
 
 from __future__ import annotations
@@ -20,10 +16,8 @@ SKIN = 0.3
 
 
 class SteppedSystem:
-    """Equal hard spheres (n, d) in a periodic box of edges of two diameters or more, by a fixed step.
-
-    ``virial`` is the sum of ``r_ij . dp_ij`` [energy] with the separation found, ``worst_overlap`` the
-    deepest found after a step [diameters].
+    """Equal hard spheres (n, d) by a fixed step in a periodic box of two diameters or more; ``virial`` sums
+    ``r_ij . dp_ij`` [energy], ``worst_overlap`` is the deepest after a step [diameters].
     """
 
     def __init__(
@@ -52,9 +46,8 @@ class SteppedSystem:
         return self.steps * self.step
 
     def run(self, steps: int) -> list[Collision]:
-        """Make a number of steps and return the collisions, in the order in which they were processed.
-
-        The time of a collision is that of the contact on straight lines, within the step before.
+        """Make a number of steps and return the collisions as they were processed, at the time of contact on
+        straight lines.
         """
         found: list[Collision] = []
         squared = self.diameter**2

@@ -1,8 +1,5 @@
-"""The naive algorithm for pairs on steps: a plain dictionary holds the step of each pair.
-
-The earliest crossing of a distance, of all pairs and all periodic images, is found. All particles are
-advanced to it, the two exchange momentum, and the search starts over. With 50 digits the order of hundreds of
-events is correct. It shares nothing with the engine.
+"""The naive algorithm for pairs on steps: the earliest crossing of all pairs and images is found, all
+particles are advanced to it, and a dictionary holds the step of each pair.
 """
 
 from __future__ import annotations
@@ -16,18 +13,8 @@ from carom.errors import InputError
 
 
 class Crossing(NamedTuple):
-    """One event of a pair.
-
-    Attributes
-    ----------
-    time : number
-        Time of the event [time].
-    i, j : int
-        The pair, i < j.
-    kind : {"core", "in", "out", "bounce"}
-        Thrown back on the way in, crossed inwards, crossed outwards, thrown back on the way out.
-    impulse : number
-        Momentum passed along the line of centers, positive if it pushes them apart.
+    """One event [time] of a pair, i < j, and the momentum passed along the line of centers, positive if it
+    pushes apart; it is thrown back on the way in ("core") or out ("bounce"), or crosses ("in", "out").
     """
 
     time: Any
@@ -38,28 +25,9 @@ class Crossing(NamedTuple):
 
 
 class NaiveSteps:
-    """Particles in a periodic box whose pairs have energies that are constant between distances.
-
-    Parameters
-    ----------
-    positions, velocities : (n, d) nested sequences
-        Centers [length] and velocities [length / time].
-    box : sequence of d numbers
-        Edges [length], above twice the largest distance.
-    potential : callable
-        ``potential(i, j)`` returns, for i < j, the rising distances of the pair and its energies: one inside
-        each distance, and one beyond the last.
-    leaving : callable, optional
-        The same, with the energies that a pair feels on its way out.
-    masses : sequence of n numbers, optional
-        All 1 if omitted.
-    digits : int
-        Decimal digits of the arithmetic; 15 is that of doubles.
-
-    Attributes
-    ----------
-    level : dict of (i, j) to int
-        How many of its distances each pair is beyond: 0 is the innermost step.
+    """Particles in a periodic box, wider than twice the largest distance, whose pairs have the rising
+    distances and energies ``potential(i, j)``, i < j, on their way out ``leaving``; ``level`` counts the
+    distances that a pair is beyond.
     """
 
     def __init__(
