@@ -73,44 +73,21 @@ class Epoch(NamedTuple):
 
 @optional
 def at_pair(observer, event):
-    """Observe an event of two particles; by default it is ignored.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer that is told.
-    event : PairEvent
-        What happened.
-    """
+    """Let an observer see an event of two particles, a :class:`PairEvent`; by default it is ignored."""
     return
 
 
 @optional
 def at_obstacle(observer, event):
-    """Observe the contact of a particle with an obstacle or a wall; by default it is ignored.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer that is told.
-    event : ObstacleEvent
-        What happened.
-    """
+    """Let an observer see an event at an obstacle, an :class:`ObstacleEvent`; by default it is ignored."""
     return
 
 
 @optional
 def at_epoch(observer, event):
-    """Observe all particles at the beginning of an epoch; by default it is ignored.
+    """Let an observer see the event that an epoch begins, an :class:`Epoch`; by default it is ignored.
 
     Epochs begin at equal times, which the engine chooses: anew when velocities are rescaled.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer that is told.
-    event : Epoch
-        All particles.
     """
     return
 
