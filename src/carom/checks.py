@@ -118,6 +118,15 @@ def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
     return result
 
 
+def axis(value: Any) -> int:
+    """Return the number of an axis that is given as that or as x, y or z, or raise InputError."""
+    if isinstance(value, str):
+        if value not in ("x", "y", "z"):
+            raise InputError(f"axis must be x, y, z or a number from 0, found {describe(value)}.")
+        return "xyz".index(value)
+    return integer(value, "axis", low=0)
+
+
 def collisions_of(per_particle: float, n: int) -> int:
     """Return the pair collisions of n particles, at most the number that can be counted."""
     return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))

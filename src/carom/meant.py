@@ -150,11 +150,18 @@ def corrected(
             function.__init__ = decorate(function.__init__)  # type: ignore[misc]
             return function
         maker, _, name = function.__qualname__.rpartition(".")
+        who = maker if name == "__init__" else f"{name}()"
         known = inspect.signature(function).parameters
+        kinds = [each.kind for each in known.values()]
+        by_name = inspect.Parameter.KEYWORD_ONLY in kinds and inspect.Parameter.VAR_POSITIONAL not in kinds
+        most = kinds.count(inspect.Parameter.POSITIONAL_OR_KEYWORD)
 
         @functools.wraps(function)
         def checked(*args: Any, **kwargs: Any) -> Any:
-            refuse_unknown(maker if name == "__init__" else f"{name}()", kwargs, known, called, elsewhere)
+            refuse_unknown(who, kwargs, known, called, elsewhere)
+            if by_name and len(args) > most:
+                names = ", ".join(f"{each}=" for each in [*known][most:])
+                raise InputError(f"{who} takes {names}; found {args[most]!r:.40} without a keyword.")
             return function(*args, **kwargs)
 
         return checked

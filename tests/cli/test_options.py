@@ -601,6 +601,7 @@ def test_a_short_name_goes_wherever_the_long_one_does(name, long):
         (["pack", "--dt", "0.1"], "There is none, as events are computed"),
         (["run", "--natoms", "5"], "Did you mean --n?"),
         (["rdf", "run1"], "carom measure PATH rdf"),
+        (["inspect", "run1"], "carom info PATH"),
         (["run", "--pakcing-fraction", "0.3"], "--packing-fraction"),
     ],
 )

@@ -36,6 +36,7 @@ def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_pat
         ("run --ndim 3", "Did you mean --dimension?"),
         ("run --T 3", "Did you mean --kT?"),
         ("run --phi 0.3", "Did you mean --eta?"),
+        ("run --box 3,3", "Take a larger box or fewer particles."),
         ("run --eta 0.7", "Scene.crystal, --lattice), for equal ones up to 0.74"),
         ("transport --num-particles 3", "Did you mean --n?"),
         ("pack --temperature 3", "carom pack has no kT"),
@@ -44,6 +45,10 @@ def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_pat
         ("plan --target Z=0", "--eta"),
         ("plan --target Z=0 --eta 0.3", "the relative error of the target must be at least"),
         ("measure cut.h5md rdf", "carom.io.rebuild(source, target, keep)"),
+        (
+            "measure start.xyz profile --axis q",
+            "axis must be x, y, z or a number from 0, found the string 'q'",
+        ),
         ("info cut.h5md", "carom.io.rebuild(source, target, keep)"),
     ],
 )

@@ -298,6 +298,14 @@ def test_a_shape_of_ones_own_is_its_closest_point():
             return Lens(self.center, self.half, self.round).gap(positions, radii, box, periodic)
 
     assert not carom.check(Wrong((5.0, 4.0), (1.0, 0.2), 0.3)).passed
+
+    @own.obstacle
+    class Horizon:
+        def closest(self, x, axis):
+            return x[axis] + 1.0
+
+    with pytest.raises(InputError, match="must return a point of the obstacle"):
+        carom.check(Horizon())
     (hull,) = Lens((5.0, 4.0), (1.0, 0.2), 0.3).outline((10.0, 10.0), (False, False))
     assert np.ptp(hull.corners, axis=0) == pytest.approx([2.0, 0.4])
     assert hull.radius == 0.3

@@ -206,8 +206,9 @@ def test_a_sheared_crystal_is_a_crystal_everywhere_and_its_density_is_that_of_ea
     assert found.solid_fraction.mean == 1.0
     upright = dataclasses.replace(sheared, tilt=None)
     assert carom.observables.Crystallinity(likeness=0.999).over([upright]).solid_fraction.mean < 1.0
-    one, other = (carom.DensityProfile(axis=1, bins=8).over([frame]) for frame in (straight, sheared))
+    one, other = (carom.DensityProfile(axis="y", bins=8).over([frame]) for frame in (straight, sheared))
     assert one == other
+    assert carom.PressureProfile("y") == carom.PressureProfile(1)
 
 
 @pytest.mark.parametrize(

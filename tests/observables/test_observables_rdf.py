@@ -151,6 +151,14 @@ def test_contact_errors_do_not_shrink_when_frames_are_repeated():
     assert is_periodic.error > 0.5 * once.error
 
 
+def test_a_contact_value_of_few_frames_has_the_error_of_independent_pairs_or_more():
+    edges, ideal = np.linspace(1.0, 1.25, 11), np.full(10, 50.0)
+    counts = np.tile([160, 140, 122, 108, 96, 85, 76, 68, 61, 55], (10, 1))  # by chance all alike
+    found = contact_value(counts, ideal, edges, 3)
+    assert 0.025 < found.error / found.mean < 0.1  # the first bins hold 2800 pairs, and the fit is a parabola
+    assert found.n_eff == 10
+
+
 @pytest.mark.parametrize("rho", [0.5, 0.8])
 def test_contact_value_of_reference_histograms_is_the_one_that_z_implies(rho):
     path = DATA / f"hard_spheres_gr_rho{rho}.csv"

@@ -99,7 +99,7 @@ def measure(
     if any(value is not None for value in rdf.values()):
         asked["rdf"] = rdf
     if axis is not None:
-        asked["profile"] = {"axis": _axis(axis)}
+        asked["profile"] = {"axis": int(axis) if axis.isdecimal() else axis}
     for name in asked:
         if name not in names:
             raise InputError(f"The options of {name} go with its name: carom measure {path} {name} ...")
@@ -134,17 +134,6 @@ def measure(
         print(visible(f"{folder}: {'  '.join(written)}"))
     if {*names} - {*found}:
         raise typer.Exit(PARTLY)
-
-
-def _axis(text: str) -> int:
-    """Return the number of an axis."""
-    from carom.errors import InputError
-
-    if text.isdecimal():
-        return int(text)
-    if len(text) == 1 and text in "xyz":
-        return "xyz".index(text)
-    raise InputError(f"--axis takes x, y, z or a number from 0, found {text!r}.")
 
 
 def _line(name: str, found: Any) -> str:

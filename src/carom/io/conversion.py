@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
@@ -80,8 +81,11 @@ def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep
     ------
     FileError
         If `source` holds fewer than `keep` complete frames, or `target` cannot be written.
+    InputError
+        If `keep` is no count.
     """
     format_of(target)
+    checks.integer(keep, "keep", low=0)
     with open_reader(source, torn=True) as reader:
         if len(reader) < keep:
             raise FileError(f"{source} holds {len(reader)} complete frames, and {keep} were to be kept.")

@@ -75,7 +75,8 @@ def is_own(value: Any) -> bool:
 
 def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
-    given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
+    made = is_own(value) and type(value).__module__ != "builtins"
+    given = [each for each in dir(value) if made and not each.startswith("_")]
     similar = meant.nearest(name, given)
     return f"has no {name}" + (f", but {similar}" if similar else "")
 

@@ -26,8 +26,8 @@ class DensityProfile(OfFrames):
 
     Parameters
     ----------
-    axis : int
-        Number of the axis, from 0.
+    axis : int or str
+        Number of the axis, from 0, or x, y or z.
     bins : int
         Slabs of equal width from 0 to the edge of the box.
     species : int, optional
@@ -60,7 +60,7 @@ class DensityProfile(OfFrames):
     _same = ("dimension",)
 
     def __post_init__(self) -> None:
-        checks.integer(self.axis, "axis", low=0)
+        object.__setattr__(self, "axis", checks.axis(self.axis))
         checks.integer(self.bins, "bins", low=1)
 
     @property

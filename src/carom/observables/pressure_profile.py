@@ -219,8 +219,8 @@ class PressureProfile:
 
     Parameters
     ----------
-    axis : int
-        Number of the axis, from 0.
+    axis : int or str
+        Number of the axis, from 0, or x, y or z.
     bins : int
         Layers of equal width from 0 to the edge of the box.
 
@@ -264,7 +264,7 @@ class PressureProfile:
     bins: int = 64
 
     def __post_init__(self) -> None:
-        checks.integer(self.axis, "axis", low=0)
+        object.__setattr__(self, "axis", checks.axis(self.axis))
         checks.integer(self.bins, "bins", low=1)
 
     def begin(self, scene: Scene) -> None:

@@ -577,8 +577,8 @@ def contact_value(
     Estimate or None
         None for a diameter of zero, if no pair was seen near contact, or if bins are too wide for the first
         peak of a crystal: fewer than six of them until g has fallen to a fifth. Its ``n_eff`` and ``tau`` are
-        in blocks of frames. With fewer than 8 frames the error is that of independent pairs, and ``n_eff`` is
-        the number of frames.
+        in blocks of frames. With fewer than 8 frames the error is that of independent pairs, with fewer than
+        64 at least that, and ``n_eff`` is then the number of frames.
 
     Notes
     -----
@@ -599,15 +599,18 @@ def contact_value(
     start = fit.start(total[:used], frames)
     full, variance = fit.solve(total[:used], frames, start)
     value = math.exp(full[0])
+    independent = Estimate(value, value * math.sqrt(variance), float(frames), 1.0, frames)
     groups = min(frames, JACKKNIFE)
     if groups < 8:
-        return Estimate(value, value * math.sqrt(variance), float(frames), 1.0, frames)
+        return independent
     # Groups have equal sizes, so that pseudo-values are alike; the error leaves out some first frames.
     size = frames // groups
     kept = counts[frames - groups * size :, :used].reshape(groups, size, used).sum(axis=1)
     without = [math.exp(fit.solve(total[:used] - part, frames - size, full)[0][0]) for part in kept]
     with unwarned():  # As for g: a wide error bar shows too few samples.
         pseudo = blocking(groups * value - (groups - 1) * np.array(without))
+    if groups < JACKKNIFE and pseudo.error < independent.error:
+        return independent
     return Estimate(value, pseudo.error, pseudo.n_eff, pseudo.tau, pseudo.blocks)
 
 

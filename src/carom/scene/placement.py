@@ -99,11 +99,12 @@ def random_positions(
     if fraction > limit or (dimension == 1 and fraction >= 1):
         if dimension > 1 and contacts.additive and not room.tilt:
             limit = growth_limit(dimension)
+        densest = CLOSEST_PACKING.get(dimension, 1.0)
+        cure = f"Start from a lattice (Scene.crystal, --lattice), for equal ones up to {densest:.3g}"
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
-            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice "
-            f"(Scene.crystal, --lattice), for equal ones up to {CLOSEST_PACKING.get(dimension, 1.0):.3g}, "
-            "and equilibrate."
+            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. "
+            + (f"{cure}, and equilibrate." if fraction < 1 else "Take a larger box or fewer particles.")
         )
     if dimension == 1 and contacts.additive and not room.obstacles:
         return _rods(room, contacts, rng)

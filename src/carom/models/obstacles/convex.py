@@ -29,6 +29,9 @@ from carom.models.questions.particles import NEVER
 from carom.models.questions.path import place
 from carom.texts import axis_name
 
+SAME_POINT = 2.0**-20
+"""Edges of the box within which two points are one."""
+
 FAR = 2.0**20
 """Boxes from which a body is looked at for its corners."""
 
@@ -136,8 +139,14 @@ def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> n
     """Return the distance of each surface from the nearest image of what says its closest point [length]."""
     body, d = value.model(), len(box)
     radius = checks.number(rounding(body), f"rounding() of {type(value).__name__}", low=0.0)
-    if len(positions):
-        checks.answer(closest, body, tuple(positions[0].tolist()), 0)
+    for x in positions[:1].tolist():  # what keeps away from every x is flown to for ever
+        near = tuple(checks.answer(closest, body, tuple(x), axis)[0] for axis in range(d))
+        again = tuple(checks.answer(closest, body, near, axis)[0] for axis in range(d))
+        if max(map(abs, np.subtract(again, near))) > SAME_POINT * max(box):
+            raise InputError(
+                f"closest() of {type(value).__name__} must return a point of the obstacle, which is closest "
+                f"to itself; found {again} as closest to {near}."
+            )
     repeats = np.logical_and(periodic, is_periodic(body))
     # The anchor may lie in another box.
     home = [np.floor(anchor(body, axis) / box[axis]) if repeats[axis] else 0.0 for axis in range(d)]
