@@ -625,7 +625,10 @@ def test_the_help_has_four_groups_and_short_texts_without_semicolons():
     places = [printed.index(f" {group} ") for group in ("Start", "Simulate", "Study", "Look")]
     assert places == sorted(places)
     for name, command in COMMANDS.items():
-        text = command.help.split("\n\n")[0]
+        said, examples = command.help.split("\n\n[bold]Examples[/bold]\n\n")
+        assert "\n" not in said.replace("\n\n", ""), "a terminal is as wide as it is"
+        assert all("carom" in line for line in examples.splitlines())
+        text = said.split("\n\n")[0]
         assert len(text) <= 70, name
         assert text.endswith(".")
         assert ";" not in text

@@ -6,6 +6,8 @@ that ``--help`` answers at once.
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections.abc import Callable
 from typing import Annotated
 
@@ -71,7 +73,10 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
 
 for _group, _commands in COMMANDS.items():
     for _name, _command in _commands.items():
-        app.command(_name, rich_help_panel=_group, cls=Command)(_command)
+        # Paragraphs are as wide as the terminal; each example has a line.
+        _said, *_examples = re.split(r"(?=\[bold\])", inspect.getdoc(_command) or "", maxsplit=1)
+        _said = re.sub(r"(?<!\n)\n(?!\n)", " ", _said)
+        app.command(_name, help="".join([_said, *_examples]), rich_help_panel=_group, cls=Command)(_command)
 
 
 def main() -> None:
