@@ -67,7 +67,7 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     ]
     if infinite:
         axes.plot(
-            *np.transpose(infinite), "o", mfc="none", ms=7.0, color="C0", label="the same, infinite $N$"
+            *np.transpose(infinite), "o", mfc="none", ms=7.0, color="C0", label="self-diffusion, infinite $N$"
         )
         densest = max(row.packing_fraction for row in rows)
         eta = np.linspace(0.0, min(max(0.45, densest), HIGHEST), 100)
@@ -75,7 +75,7 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     axes.axhline(1.0, color="0.6", lw=0.8)
     axes.set_xlabel(r"packing fraction $\eta$")
     axes.set_ylabel("coefficient / Enskog's")
-    axes.legend(fontsize=8, frameon=False)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
 
 
 def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
