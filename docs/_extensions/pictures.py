@@ -56,7 +56,9 @@ def executed(script: Path, folder: Path, *arguments: str) -> tuple[dict[str, Pat
     pictures, printed = _executed(script, folder, arguments)
     if script.stem.replace("_", "-").startswith(RENDERED):
         dark, _ = _executed(script, folder / "dark", arguments, {"MATPLOTLIBRC": str(STYLE)})
-        pictures |= {f"{Path(name).stem}-dark.png": path for name, path in dark.items()}
+        pictures |= {
+            f"{Path(name).stem}-dark.png": path for name, path in dark.items() if name.endswith(".png")
+        }
     return pictures, printed
 
 

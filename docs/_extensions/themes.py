@@ -28,7 +28,7 @@ class Themes(SphinxTransform):
             dark = light.with_name(f"{light.stem}-dark.png")
             root = Path(self.app.srcdir) if light.is_absolute() else folder
             found = root / str(dark).lstrip("/")
-            if "jupyter_execute" in light.parts and not found.exists():
+            if light.suffix == ".png" and "jupyter_execute" in light.parts and not found.exists():
                 picture = Image.open(found.with_name(light.name))
                 if np.mean(np.asarray(picture.convert("L")) > 230) > 0.8:  # lines on white paper
                     darkened(picture).save(found)

@@ -213,7 +213,8 @@ def beside_edmd(checkout: Path, given: argparse.Namespace, folder: Path) -> Iter
             (carom_rate(scene, given.seconds), edmd_rate(programs[fastest], start, given.seconds))
             for _ in range(given.turns)
         ]
-        yield row(state, str(fastest), pairs)
+        if all(theirs > 0.0 for _, theirs in pairs):
+            yield row(state, str(fastest), pairs)
 
 
 # DynamO -------------------------------------------------------------------------------------------------

@@ -206,7 +206,7 @@ def test_near_spheres_are_drawn_over_far_ones():
 
 def test_spheres_stand_on_the_ground_of_the_style_and_their_box_can_be_seen_on_it(tmp_path):
     box = frame([[0.0, 0.0, 0.0]], (10.0, 10.0, 10.0))
-    for name, ground in {"white": 255, "black": 0}.items():
+    for name, ground in {"white": 255, "black": 0, "none": 255}.items():
         with rc_context({"figure.facecolor": name}):
             plots.snapshot(box, path=tmp_path / "box.png")
         shown = np.asarray(Image.open(tmp_path / "box.png").convert("L")).astype(int)[60:]

@@ -36,7 +36,7 @@ async function look(page, width) {
   const root = page_.documentElement;
   if (root.scrollWidth > width + 1) say(`the page is ${root.scrollWidth} wide`);
   for (const pre of page_.querySelectorAll("pre"))
-    if (pre.scrollWidth > pre.clientWidth + 1 && getComputedStyle(pre).whiteSpace !== "pre")
+    if (pre.scrollWidth > pre.clientWidth + 1 && !(width < 736 && pre.closest("div.highlight-text")))
       say(`code overflows: ${pre.textContent.slice(0, 60)}`);
   for (const image of page_.images)
     if (image.loading !== "lazy" && image.complete && !image.naturalWidth) say(`no picture ${image.src}`);

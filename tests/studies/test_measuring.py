@@ -215,7 +215,7 @@ def test_a_run_that_is_replaced_loses_what_was_measured_from_it_and_no_file_of_t
     [
         (["--bins", "5"], "go with its name"),
         (["rdf", "--axis", "x"], "go with its name"),
-        (["profile", "--axis", "up"], "--axis takes"),
+        (["profile", "--axis", "up"], "axis must be x, y, z or a number"),
         (["profile", "--axis", "7"], "axes 0 to 2"),
         (["rdf", "--out", "table.csv"], "names a folder"),
         (["rdf", "--rmax", "900"], "half of the shortest"),

@@ -14,6 +14,8 @@ from carom.frame import Frame
 from carom.models import SquareWell
 from carom.observables import Pressure
 from carom.observables.drift import moved
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.studies.accuracy.measures import theory_of
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.phase import (
@@ -40,7 +42,7 @@ FCC = ["Speedy (fcc)", "Almarza (fcc)"]
     [
         (3, 0.45, "fcc", GONE, "fluid", SPHERES, "", ""),
         (3, 0.45, "fcc", CRYSTAL, "fluid", SPHERES, "near where they began", ""),
-        (3, 0.52, "fcc", CRYSTAL, "solid", FCC, "fcc crystal", ""),
+        (3, 0.52, "fcc", CRYSTAL, "solid", FCC, "below melting", ""),
         (3, 0.55, "fcc", CRYSTAL, "solid", FCC, "", "fcc crystal"),
         (3, 0.55, "dn", CRYSTAL, "solid", FCC, "", "fcc crystal"),
         (3, 0.55, "cubic", CRYSTAL, "solid", [], "a crystal or a glass", ""),
@@ -69,6 +71,16 @@ def test_the_phase_decides_what_a_run_is_compared_with(
     for said, part in ((found.doubt, doubt), (found.remark, remark)):
         assert part in said
         assert bool(said) == bool(part)
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_summary_of_a_run_tells_remarks_from_doubts(tmp_path):
+    run = RunSpec(collisions_per_particle=4, equilibration=2, frames=1, pictures=False)
+    for eta, against, remark in ((0.52, "below melting", ""), (0.6, None, "with the fcc crystal")):
+        plan = SceneFile(SceneSpec(n=32, packing_fraction=eta, lattice="fcc"), run)
+        summary = carom.run(plan, tmp_path / str(eta)).summary
+        assert remark in summary["note"]
+        assert against is summary["phase_note"] or against in summary["phase_note"]
 
 
 @pytest.mark.parametrize("eta", [0.7, 0.7 + 1e-16, 7 * 0.1, math.nextafter(0.7, 0.0)])

@@ -75,7 +75,7 @@ def is_own(value: Any) -> bool:
 
 def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
-    made = is_own(value) and type(value).__module__ != "builtins"
+    made = is_own(value) and type(value).__module__ not in ("builtins", "numpy")
     given = [each for each in dir(value) if made and not each.startswith("_")]
     similar = meant.nearest(name, given)
     return f"has no {name}" + (f", but {similar}" if similar else "")

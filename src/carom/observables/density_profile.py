@@ -52,7 +52,7 @@ class DensityProfile(OfFrames):
     True
     """
 
-    axis: int = 0
+    axis: Any = 0  # a number, or x, y or z
     bins: int = 64
     species: int | None = None
 

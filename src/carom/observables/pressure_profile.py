@@ -260,7 +260,7 @@ class PressureProfile:
     ((8, 2, 2), True)
     """
 
-    axis: int = 0
+    axis: Any = 0  # a number, or x, y or z
     bins: int = 64
 
     def __post_init__(self) -> None:

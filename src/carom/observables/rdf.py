@@ -578,7 +578,7 @@ def contact_value(
         None for a diameter of zero, if no pair was seen near contact, or if bins are too wide for the first
         peak of a crystal: fewer than six of them until g has fallen to a fifth. Its ``n_eff`` and ``tau`` are
         in blocks of frames. With fewer than 8 frames the error is that of independent pairs, with fewer than
-        64 at least that, and ``n_eff`` is then the number of frames.
+        64 at least that; where it is that error, ``n_eff`` is the number of frames.
 
     Notes
     -----

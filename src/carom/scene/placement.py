@@ -104,7 +104,7 @@ def random_positions(
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
             f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. "
-            + (f"{cure}, and equilibrate." if fraction < 1 else "Take a larger box or fewer particles.")
+            + (f"{cure}, and equilibrate." if fraction <= 1 else "Take a larger box or fewer particles.")
         )
     if dimension == 1 and contacts.additive and not room.obstacles:
         return _rods(room, contacts, rng)

@@ -389,8 +389,8 @@ class Simulation:
     # Long enough for modules of their own.
     run = running.run
     equilibrate = equilibration.equilibrate
-    sample = sampling.sample
-    write = sampling.write
+    sample = corrected()(sampling.sample)
+    write = corrected()(sampling.write)
     measure = corrected()(measure.measure)
     helfand = helfand.helfand
 

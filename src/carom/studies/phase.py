@@ -28,6 +28,7 @@ ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55, 
 """Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are
 1.5 % off at 0.67; Z of spheres by the series has a maximum at 0.57."""
 
+CRYSTAL = "It is compared with the fcc crystal."
 
 NEAR = 1e-4  # relative difference of two packing fractions for the slope of an equation of state
 
@@ -67,9 +68,12 @@ def phase_of(scene: Scene | MeanBox, initial: str, distance: float) -> Phase:
         doubt = f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid."
         return Phase("fluid", shown, doubt, ends)
     if d == 3 and initial in ("fcc", "dn"):
-        said = f"{beyond}, and the particles are where they began: it is compared with the fcc crystal."
+        said = f"{beyond}, and the particles are where they began. {CRYSTAL}"
         known: dict[str, Equation] = {"Speedy (fcc)": theory.speedy, "Almarza (fcc)": theory.almarza}
-        return Phase("solid", known, remark=said) if eta >= melting else Phase("solid", known, said)
+        if eta >= melting:
+            return Phase("solid", known, remark=said)
+        doubt = f"{beyond} and below melting ({melting:g}): fluid and crystal may part. {CRYSTAL}"
+        return Phase("solid", known, doubt)
     return Phase(
         "solid",
         {},

@@ -139,7 +139,7 @@ def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> n
     """Return the distance of each surface from the nearest image of what says its closest point [length]."""
     body, d = value.model(), len(box)
     radius = checks.number(rounding(body), f"rounding() of {type(value).__name__}", low=0.0)
-    for x in positions[:1].tolist():  # what keeps away from every x is flown to for ever
+    for x in positions[:8].tolist():  # what keeps away from every x is flown to for ever
         near = tuple(checks.answer(closest, body, tuple(x), axis)[0] for axis in range(d))
         again = tuple(checks.answer(closest, body, near, axis)[0] for axis in range(d))
         if max(map(abs, np.subtract(again, near))) > SAME_POINT * max(box):
