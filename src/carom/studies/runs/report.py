@@ -289,7 +289,8 @@ def _summary(
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
     other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
-    missing = None if _decides(scene) else no_pressure(scene)
+    without = None if _decides(scene) else no_pressure(scene)
+    noted = without if pressure is None else pressure.note
     kT = _temperature(facts, pressure, energy)
 
     def measured(name: str) -> dict[str, float | None]:
@@ -330,16 +331,7 @@ def _summary(
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
         "remarks": [*doubts, *([other] if early else []), *parts.remarks],
-        "note": " ".join(
-            filter(
-                None,
-                (
-                    (missing or "") if pressure is None else pressure.note,
-                    "" if early else other,
-                    phases.remark(phase, scene),
-                ),
-            )
-        ),
+        "note": " ".join(filter(None, (noted, "" if early else other, phases.remark(phase, scene)))),
         "obstacles": borne,
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
