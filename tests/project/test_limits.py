@@ -69,7 +69,8 @@ def test_a_test_that_hangs_fails_wherever_it_hangs_and_the_next_one_runs(tmp_pat
     for name in ("in_a_process", "at_a_pipe", "while_it_clears_up", "in_compiled_code"):
         assert re.search(rf"^_+ test_{name} _+\n(?:(?!^__).*\n)*.*{late}", said, re.MULTILINE), said
     assert HANGING.search(said), said
-    assert re.search(r"[45] failed, 1 passed", said), said
+    # And then it fails twice: its process ends as well.
+    assert re.search(r"[4-8] failed, 1 passed", said), said
 
 
 @pytest.mark.slow
