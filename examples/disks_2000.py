@@ -24,7 +24,7 @@ n, collisions, rate = (50, 300_000, 0.002) if args.smoke else (2000, 42_000_000,
 # in which the rattlers are.
 packing = carom.pack(
     n, dimension=2, rate=rate, collisions=collisions, seed=1, out=args.out,
-    overwrite=True,
+    overwrite=True, pictures=False,
 )  # fmt: skip
 print(packing)
 
