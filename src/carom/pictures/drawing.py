@@ -174,8 +174,8 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
 def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
     """3D: shaded spheres and obstacles in parallel projection, with the edges of the box."""
     figure: Any = axes.get_figure(root=True)
-    *ink, opacity = figure.get_facecolor()  # dark in some styles
-    ground = (opacity * np.array(ink) + 1.0 - opacity).astype(np.float32)
+    *color, opacity = figure.get_facecolor()  # dark in some styles
+    ground = (opacity * np.array(color) + 1.0 - opacity).astype(np.float32)
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles, ground=ground)
     # Pixel by pixel: resampling would take as long as drawing.
     left = (round(figure.bbox.width) - image.shape[1]) // 2
