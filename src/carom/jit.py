@@ -8,19 +8,13 @@ from typing import Any
 
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
     """Return a function compiled for one signature, kept on disk; 1 / 0 is infinity, as in NumPy."""
-    from carom.compiling.compile_listeners import compiling
-    from carom.compiling.dispatch import STRICT  # and with it all that may be inlined
+    import numba
 
-    with compiling():
-        made = compiled_on_call(function, **STRICT)
-        if hasattr(made, "compile"):  # not without a compiler
-            made.compile(signature)
-            made.disable_compile()
-    return made
+    return numba.njit(signature, error_model="numpy", nogil=True, cache=True)(function)
 
 
 def compiled_on_call(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function compiled for whatever it is called with, by Numba's ``options``; stored as well."""
-    from carom.compiling.cache import cached
+    import numba
 
-    return cached(function, options)
+    return numba.njit(cache=True, **options)(function)

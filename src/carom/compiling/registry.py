@@ -8,7 +8,6 @@ Numba.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import singledispatch, wraps
 from inspect import CO_VARARGS
 from types import FunctionType
@@ -16,39 +15,39 @@ from typing import Any
 
 from carom.errors import InputError
 
-Compile = Callable[[Any, str], None]
+FLAGS: dict[Any, str] = {}
+"""What may be done to the floats of a function, and of those that it calls, as LLVM writes it."""
 
-_noted: list[tuple[Any, str]] = []
-_compilers: list[Compile] = []
+COLD: set[Any] = set()
+"""Functions and questions that are called, and not written where they are called."""
 
-
-def _note(function: Any, how: str) -> Any:
-    _noted.append((function, how))
-    for compile_ in _compilers:
-        compile_(function, how)
-    return function
+REQUIRED: set[Any] = set()
+"""Questions without an answer for all models."""
 
 
-def attach(compile_: Compile) -> None:
-    """Hand every function noted so far, and every later one, to a compiler."""
-    for function, how in _noted:
-        compile_(function, how)
-    _compilers.append(compile_)
+IN_USE: set[type] = set()
+"""Classes for which an entry point has been compiled, or loaded."""
 
-
-def inner(function):
-    """Let compiled code inline a function. Called from Python it is unchanged."""
-    return _note(function, "inner")
+QUESTIONS: list[Any] = []
+"""All questions."""
 
 
 def fast(function):
-    """As :func:`inner`, with vectorised loops."""
-    return _note(function, "fast")
+    """Let a function have vectorised loops: the sign of a zero may be lost."""
+    FLAGS[function] = "nsz "
+    return function
 
 
 def approximate(function):
     """As :func:`fast`, with contraction: to choose whom to look at, never for a time that is kept."""
-    return _note(function, "approximate")
+    FLAGS[function] = "nsz contract "
+    return function
+
+
+def cold(function):
+    """Let compiled code call a function, or the answers to a question, in the place of writing them anew."""
+    COLD.add(function)
+    return function
 
 
 def required(function):
@@ -58,12 +57,14 @@ def required(function):
     def unanswered(model, *args):
         raise TypeError(f"{type(model).__name__} has no {function.__name__}: register one.")
 
-    return _note(_strict(singledispatch(unanswered), function), "required")
+    generic = _question(unanswered, function)
+    REQUIRED.add(generic)
+    return generic
 
 
 def optional(function):
     """Make ``function(model, ...)`` a question; its body is the answer of models that register no other."""
-    return _note(_strict(singledispatch(function), function), "optional")
+    return _question(function, function)
 
 
 def answering(*places):
@@ -84,8 +85,9 @@ def answering(*places):
     return decorate
 
 
-def _strict(generic, question):
-    """Let ``generic.register`` refuse an answer that has not the parameters of the question."""
+def _question(default, question):
+    """Return a question whose ``register`` refuses an answer without its parameters, or one that comes late."""
+    generic: Any = singledispatch(default)
     register, wanted = generic.register, question.__code__
 
     def register_alike(*args):
@@ -93,36 +95,49 @@ def _strict(generic, question):
         code = getattr(answer, "__code__", None)
         if isinstance(answer, type) and len(args) == 1:  # the answer comes next
             return lambda answer: register_alike(*args, answer)
-        if code is None or code.co_flags & CO_VARARGS or answer is generic.registry[object]:
-            return register(*args)
-        if len(args) == 1 and not getattr(answer, "__annotations__", None):
+        plain = code is None or code.co_flags & CO_VARARGS or answer is generic.registry[object]
+        if not plain and len(args) == 1 and not getattr(answer, "__annotations__", None):
             raise InputError(
                 f"An answer to {question.__name__} must say which type of model it is for: annotate its "
                 f"first parameter, def _({wanted.co_varnames[0]}: YourModel, ...)."
             )
-        if code.co_argcount != wanted.co_argcount:
+        if not plain and code.co_argcount != wanted.co_argcount:
             names = wanted.co_varnames[: wanted.co_argcount]
             raise InputError(
                 f"An answer to {question.__name__} takes {wanted.co_argcount} parameters "
                 f"({', '.join(names)}), found {code.co_argcount} in {code.co_filename}, line "
                 f"{code.co_firstlineno}."
             )
-        return register(*args)
+        before = dict(generic.registry)
+        function = register(*args)
+        for cls in IN_USE & generic.registry.keys():
+            if generic.registry[cls] is not before.get(cls):
+                register(cls, before.get(cls, before[object]))
+                raise RuntimeError(
+                    f"{generic.__name__} is compiled for {cls.__name__}: another function would not be "
+                    f"asked. Define {cls.__name__} anew, too (in a notebook: run its cell again)."
+                )
+        return function
 
     generic.register = register_alike
+    QUESTIONS.append(generic)
     return generic
 
 
-def room_for(x):
-    """Return room on the caller's stack for a place like x, (d,) float64."""
-    import numpy as np  # compiled code has instructions instead
-
-    return np.zeros(len(x))
+def is_ours(module: str | None) -> bool:
+    """Tell whether a module is part of this package."""
+    return (module or "").partition(".")[0] == __name__.partition(".")[0]
 
 
-def is_noted(function: Any) -> bool:
-    """Tell whether compiled code may call a function already."""
-    return any(each is function for each, _ in _noted)
+def own_answers(classes) -> list[tuple[str, type, Any]]:
+    """Return what the user has registered for their classes: names of questions, classes, functions."""
+    return [
+        (question.__name__, cls, question.registry[cls])
+        for cls in dict.fromkeys(classes)
+        if not is_ours(cls.__module__)  # a rule is asked by a class of ours
+        for question in QUESTIONS
+        if cls in question.registry and not is_ours(question.registry[cls].__globals__.get("__name__"))
+    ]
 
 
 def answers(question, kind: type) -> bool:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.dispatch import entry
-from carom.compiling.registry import inner
+from carom.compiling.entry import entry
 from carom.engine.boundary import count_images, in_box
 from carom.engine.lattice import position_at, velocity_at
 from carom.engine.neighbors.interface import on_wrap
 from carom.models.questions.motion import carry
 
 
-@inner
 def advance(model, state, neighbors, i, now):
     """Bring the old event of component i to the time now, its position into the box."""
     old_event = state.rows[i]
@@ -30,7 +28,6 @@ def advance(model, state, neighbors, i, now):
         old_event.v[axis] = velocity_at(model.motion, axis, v0, t)
 
 
-@inner
 def into_next_epoch(model, state, neighbors, i, length):
     """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
     advance(model, state, neighbors, i, length)
@@ -39,7 +36,6 @@ def into_next_epoch(model, state, neighbors, i, length):
     state.crossing_time[i] -= length
 
 
-@inner
 def place_at(model, state, i, now, x, v):
     """Write position, in the box, and velocity of component i at the time now into ``x`` and ``v``."""
     old_event = state.rows[i]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner, required
+from carom.compiling.registry import answering, required
 
 
 @required
@@ -113,7 +113,6 @@ class SectorImage(NamedTuple):
         return x - self.wraps[i, axis] * self.edges[axis] if self.inverse[axis] > 0.0 else x
 
 
-@inner
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
     if images is not None:

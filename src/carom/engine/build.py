@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
-from carom.compiling.simd import make_lanes
+from carom.compiling.lanes import make_lanes
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.constants import POWERS, TALLY
 from carom.engine.lattice import in_lattice
@@ -159,7 +158,6 @@ def _smallest_core(interaction: Any, pair, system: System) -> float:
     return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
 
 
-@inner
 def bare_model(model):
     """Return a model without observers and contact law, which schedules do not ask: compiled once for all."""
     return Model(

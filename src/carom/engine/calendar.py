@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.intrinsics import prefetch
-from carom.compiling.registry import inner, optional
+from carom.compiling.instructions import prefetch
+from carom.compiling.registry import cold, optional
 from carom.engine.boundary import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
 from carom.engine.state import aligned
@@ -164,13 +164,11 @@ def should_return(calendar):
     return False
 
 
-@inner
 def time_of(state, i):
     """Return the time of the first event of component i, a sector crossing included."""
     return min(np.float64(state.rows[i].event_time), state.crossing_time[i])
 
 
-@inner
 def push(calendar, time, i):
     """Put an entry on the heap; the caller ensures that there is room."""
     control = calendar.control[0]
@@ -188,7 +186,6 @@ def push(calendar, time, i):
     component[k] = i
 
 
-@inner
 def pop(calendar):
     """Drop the first entry of the heap."""
     control = calendar.control[0]
@@ -216,20 +213,17 @@ def pop(calendar):
     component[k] = i
 
 
-@inner
 def buckets_in_window(calendar):
     """Return how many buckets cover the window: the number of the one that takes what is due later."""
     return np.int64(len(calendar.buckets)) - 1
 
 
-@inner
 def bucket_of(calendar, time):
     """Return the bucket of a time inside the window."""
     control = calendar.control[0]
     return min(np.int64((time - control.start) * control.inverse), buckets_in_window(calendar) - 1)
 
 
-@inner
 def insert(calendar, i, time):
     """Enter component i at ``time``."""
     if send_if_remote(calendar, i, time):
@@ -245,7 +239,6 @@ def insert(calendar, i, time):
         append(calendar, np.uint64(bucket), np.uint32(i))
 
 
-@inner
 def prefetch_calendar(calendar, state, boundary, ref):
     """Ask for what an event of ``ref`` will touch: its partner, and the bucket of that one's event."""
     if ref >= 0 and len(state.partner) >= HUGE:
@@ -256,7 +249,6 @@ def prefetch_calendar(calendar, state, boundary, ref):
             prefetch(calendar.buckets, bucket_of(calendar, event_time) * calendar.buckets.shape[1])
 
 
-@inner
 def append(calendar, bucket, i):
     """Append an entry to a bucket that lies ahead, or to that of what is due beyond the window."""
     control = calendar.control[0]
@@ -278,7 +270,7 @@ def append(calendar, bucket, i):
     buckets[bucket, 0] = count + np.uint32(1)
 
 
-@inner
+@cold
 def open_bucket(calendar, state, bucket):
     """Move the valid entries of a bucket to the heap; return False, and do nothing, if it has no room."""
     control = calendar.control[0]
@@ -301,7 +293,6 @@ def open_bucket(calendar, state, bucket):
     return True
 
 
-@inner
 def push_if_due(calendar, state, bucket, i):
     """Push component i if it is due in this bucket."""
     time = time_of(state, np.uint64(i))
@@ -309,7 +300,7 @@ def push_if_due(calendar, state, bucket, i):
         push(calendar, time, np.int32(i))
 
 
-@inner
+@cold
 def fill_window(calendar, state, boundary, start, end):
     """Begin a window up to ``end`` at most, enter all that is due in it, and return the earliest time due.
 
@@ -358,25 +349,21 @@ def narrow(calendar, longest):
     return True
 
 
-@inner
 def crowded(calendar):
     """Return whether a window has too few lines: entries are missing, or will be after a few events."""
     return 2 * calendar.control[0].lines > len(calendar.lines)
 
 
-@inner
 def cluttered(calendar, state):
     """Return whether the heap has room for everybody twice: most of it is stale until the next window."""
     return len(calendar.event_time) > 2 * len(state.partner) + BLOCK
 
 
-@inner
 def effort(state):
     """Return how many cycles take about as long as laying out a window, which looks at everybody."""
     return np.int64(1 + (len(state.partner) >> 8))
 
 
-@inner
 def choose_due(calendar, state, start_index, end):
     """Put those of a block that are due on the heap, without a branch; return the earliest time due."""
     event_time, component = calendar.event_time, calendar.component
@@ -394,7 +381,6 @@ def choose_due(calendar, state, start_index, end):
     return earliest
 
 
-@inner
 def choose_entering(calendar, state, boundary):
     """Keep those that enter the calendar, of a pair one if it is there to collide; ask for their buckets."""
     event_time, component = calendar.event_time, calendar.component
@@ -432,7 +418,6 @@ def choose_width(calendar, n, longest):
         control.width *= 2.0
 
 
-@inner
 def next_event(calendar, state, neighbors, boundary, motion):
     """Return who is first, and stays on the heap; -1 at the window's end, -2 if an array is too small."""
     control = calendar.control[0]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
-from carom.compiling.registry import inner
+from carom.compiling.entry import entry
+from carom.compiling.registry import cold
 from carom.engine.advance import advance, into_next_epoch
 from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA
@@ -32,7 +31,6 @@ from carom.models.questions.motion import push_direction
 from carom.models.questions.particles import NEVER
 
 
-@inner
 def collide(model, state, neighbors, tally, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
@@ -78,7 +76,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
     state.partner[j] = LAMBDA
 
 
-@inner
+@cold
 def new_epoch(model, state, neighbors):
     """Begin the next epoch, times less by its length; tell whether all must be scheduled again."""
     clock = state.clock[0]
@@ -103,7 +101,6 @@ def new_epoch(model, state, neighbors):
 @entry
 def advance_epoch(model, state, neighbors, start_index, end):
     """Carry the components from ``start_index`` to ``end`` into the next epoch."""
-    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
     for i in range(np.uint64(start_index), np.uint64(end)):
         into_next_epoch(model, state, neighbors, i, state.clock[0].length)
 
@@ -111,6 +108,5 @@ def advance_epoch(model, state, neighbors, start_index, end):
 @entry
 def retime_all(model, state, start_index, end):
     """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
-    model, state = borrowed(model), borrowed(state)
     for i in range(np.uint64(start_index), np.uint64(end)):
         retime(model.timing, model, state, i)

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
+from carom.compiling.entry import entry
 from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
@@ -63,8 +62,6 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
 
     The scheme is built with the first of them, and the calendar laid out with the last.
     """
-    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-    calendar, tallies = borrowed(calendar), borrowed(tallies)
     rows = state.rows
     partner = state.partner
     now = state.clock[0].now
@@ -94,9 +91,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
     ``collisions``, or after ``cycles``. Empty windows and epochs count as cycles, so that fewer than none may
     be left.
     """
-    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-    calendar, tallies = borrowed(calendar), borrowed(tallies)
-    bare = borrowed(bare_model(model))  # the functions that scheduling has had compiled
+    bare = bare_model(model)  # the functions that scheduling has had compiled
     clock = state.clock[0]
     tally = tallies[0]
     control = calendar.control[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import cold, optional
 from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, TIMER_EVENT
@@ -18,7 +18,6 @@ EARLIER = 2.0**-40
 """Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
 
 
-@inner
 def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     """Schedule the next event of i (lines 14 to 23 of Figure 2) from the result ``found`` of its search.
 
@@ -79,7 +78,6 @@ def _retime_of_from_rows(timing: FromRows, model, state, i):
         rows[i].event_time = rows[i].event_time - slightly
 
 
-@inner
 def recheck_one_body(model, state, calendar, i, now):
     """Look for the events of component i that have come into view with its last change of sector."""
     held = np.int64(state.partner[i])
@@ -92,7 +90,6 @@ def recheck_one_body(model, state, calendar, i, now):
             release(model, state, calendar, i, held)
 
 
-@inner
 def release(model, state, calendar, i, held):
     """Leave the former partner of i (word ``held``) with an advancement, unless i has chosen it again."""
     j = np.uint64(index(model.boundary, held))
@@ -105,7 +102,6 @@ def release(model, state, calendar, i, held):
         enqueue(state, calendar, j)
 
 
-@inner
 def pair_up(model, state, calendar, i, ref, event_time):
     """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
@@ -122,7 +118,6 @@ def pair_up(model, state, calendar, i, ref, event_time):
     state.partner[j] = mirror(model.boundary, np.int64(i), ref)
 
 
-@inner
 def enqueue(state, calendar, i):
     """Enter component i into the calendar at its new event, or where it leaves its sector before that.
 
@@ -132,13 +127,11 @@ def enqueue(state, calendar, i):
     insert(calendar, i, time_of(state, i))
 
 
-@inner
 def schedule_transit(model, state, neighbors, i, now):
     """Find when component i leaves its sector (the paper's line 5): its row or its sector is a new one."""
     state.crossing_time[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
 
 
-@inner
 def offer_newcomer(model, state, calendar, tally, i, now, found):
     """Schedule i with a newcomer to its neighbourhood, if they meet before the present event of i."""
     ref, t = found
@@ -156,7 +149,7 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
             release(model, state, calendar, i, held)
 
 
-@inner
+@cold
 def start_over(model, state, neighbors, calendar, tally, i, now):
     """Schedule i again if its change of sector made the word of its partner invalid."""
     rows = state.rows
@@ -177,7 +170,6 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     enqueue(state, calendar, i)
 
 
-@inner
 def notify_next(rules, model, state, calendar, now):
     """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
     if rules is None or rules.queued[0] == 0:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import optional
 from carom.engine.boundary import count_images, separation
 from carom.models.mathematics.parabolas import leaving
 from carom.models.motions.shear import Sheared, tilt_at
@@ -131,7 +131,6 @@ def _velocity_at_of_sheared(motion: Sheared, axis, v, t):
     return v[axis] - motion.rate * v[GRADIENT] * t if axis == 0 else np.float64(v[axis])
 
 
-@inner
 def _apart(motion, boundary, i, ref, axis, me, other, now):
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
     y = position_at(motion, axis, other.x, other.v, now - other.t, now)
@@ -158,7 +157,6 @@ def _relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, other, now):
     return rr, rv, vv
 
 
-@inner
 def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
     dimension = len(boundary.edges)
     elapsed = now - block[np.uint64(dimension), k]
@@ -190,7 +188,6 @@ def _candidate_relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, blo
     return rr, rv, vv
 
 
-@inner
 def _gradient_apart(boundary, i, ref, me, other):
     difference = np.float64(other.x[GRADIENT]) - np.float64(me.x[GRADIENT])
     return separation(boundary, i, ref, 1, difference)
@@ -240,7 +237,6 @@ def _remap_of_sheared(motion: Sheared, state, edges, length):
     return True
 
 
-@inner
 def shift_images(images, i, turns):
     """Refer the images of component i to a lattice whose tilt is less by so many boxes."""
     if images is not None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answers, inner
+from carom.compiling.registry import answers
 from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
@@ -78,7 +78,6 @@ def _reach(neighbors: Any) -> tuple[float, ...]:
     return (across,) * len(neighbors.grid_step)
 
 
-@inner
 def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sight):
     """Return the time until one of a crowd is touched, if below ``before``, and which."""
     boundary, x, v = model.boundary, obstacles.x, obstacles.v
@@ -127,7 +126,6 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
     return (best, number) if best <= limit else (NEVER, np.int64(-1))
 
 
-@inner
 def place_in(grid, obstacles, boundary):
     """Put the cell of the component that is asked about into the room for it."""
     for axis in range(len(grid.sides)):
@@ -141,7 +139,6 @@ def place_in(grid, obstacles, boundary):
             grid.cell[axis] = min(max(cell, 0), grid.shape[axis] - 1)
 
 
-@inner
 def step_in(grid, boundary, axis, way):
     """Go to the next cell along an axis, ``way`` up (1) or down (-1); False if there is none."""
     cell = grid.cell[axis] + way
@@ -154,7 +151,6 @@ def step_in(grid, boundary, axis, way):
     return boundary.inverse[axis] > 0.0
 
 
-@inner
 def in_reach(spheres, who, x, v, radius, growth, until):
     """Tell whether a component may touch one of a crowd before a time; by default it may."""
     if spheres is None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import answering, inner, optional
+from carom.compiling.registry import answering, optional
 from carom.engine.advance import place_at
 from carom.engine.obstacle_grid import soonest_in_cells
 from carom.engine.rubbing import rub_obstacle
@@ -219,7 +219,6 @@ def numbers_of(periodic, models) -> list[int]:
     return walls + [2 * len(periodic) + k for k in np.argsort(order).tolist()]
 
 
-@inner
 def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
@@ -242,7 +241,6 @@ def soonest(obstacles, model, state, i, now, every, until):
     return best, number
 
 
-@inner
 def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
     """Return the time until one of a crowd is touched, if below ``before``, and which."""
     if grid is not None:
@@ -257,7 +255,6 @@ def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before
     return best, number
 
 
-@inner
 def soonest_image(obstacle, obstacles, model, size, rate, every, now):
     """Return the time until a component touches an obstacle, in any image of the box in which it stands."""
     boundary = model.boundary
@@ -277,7 +274,6 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
     return t
 
 
-@inner
 def reflect_component(model, state, i, number, now):
     """Throw component i, which is up to date, back from the obstacle of that number; return the momentum."""
     obstacles = model.obstacles
@@ -290,7 +286,6 @@ def reflect_component(model, state, i, number, now):
     return momentum
 
 
-@inner
 def reflect(live, model, state, i, number, now):
     """Give i its velocity after the contact; return the momentum along the normal."""
     obstacles = model.obstacles
@@ -317,13 +312,11 @@ def reflect(live, model, state, i, number, now):
     return weight * along
 
 
-@inner
 def gained(live, momentum, rate):
     """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
     return momentum * rate if live is None else live.energy[0]
 
 
-@inner
 def store_normal(obstacle, obstacles, boundary):
     """Put the normal of an obstacle that is touched into the room for an image."""
     if is_periodic(obstacle):  # the image that is touched is the nearest one
@@ -334,14 +327,12 @@ def store_normal(obstacle, obstacles, boundary):
         obstacles.image[axis] = outward(obstacle, obstacles.x, axis)
 
 
-@inner
 def age_obstacles(obstacles, duration):
     """Refer the times that obstacles remember to the start of the next epoch, if there are live ones."""
     if obstacles is not None:
         age_live(obstacles.live, obstacles.chain, duration)
 
 
-@inner
 def age_live(live, chain, duration):
     """Do so, if there are live ones."""
     if live is not None:

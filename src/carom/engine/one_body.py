@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import optional
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 from carom.engine.observers.interface import (
@@ -34,7 +34,6 @@ from carom.models.questions.motion import velocity
 from carom.models.questions.particles import NEVER
 
 
-@inner
 def schedule_one_body(model, state, i, now, before):
     """Give i its next own event, if before ``before``; tell whether. Ties: the first source."""
     t, code = contact_event(model.obstacles, model, state, i, now, before, LAMBDA)
@@ -47,7 +46,6 @@ def schedule_one_body(model, state, i, now, before):
     return True
 
 
-@inner
 def run_one_body(model, state, neighbors, i, code, now):
     """Run the event of component i that the code names; False if it is an advancement."""
     if run_rule(model.rules, model, state, neighbors, i, code, now):
@@ -57,7 +55,6 @@ def run_one_body(model, state, neighbors, i, code, now):
     return run_contact(model.obstacles, model, state, neighbors, i, code, now)
 
 
-@inner
 def contact_event(obstacles, model, state, i, now, t, code):
     """Return time and code of i's next contact with an obstacle, if before ``t``; else ``t`` and ``code``."""
     if obstacles is None:
@@ -66,7 +63,6 @@ def contact_event(obstacles, model, state, i, now, t, code):
     return (touch, OBSTACLE - number) if touch < t else (t, code)
 
 
-@inner
 def event_in_view(obstacles, model, state, i, now):
     """Return the same of contacts that a change of sector may bring into view.
 
@@ -79,7 +75,6 @@ def event_in_view(obstacles, model, state, i, now):
     return touch, OBSTACLE - number
 
 
-@inner
 def run_contact(obstacles, model, state, neighbors, i, code, now):
     """Run the contact of component i with an obstacle, if the code names one; tell whether it does."""
     if obstacles is None:
@@ -118,7 +113,6 @@ def wall_timing(timing, motion, live) -> FromRows | None:
     return timing if rests and isinstance(timing, FromRows) else None
 
 
-@inner
 def meet_obstacle(timing, model, state, i, now, every, until):
     """Return when i touches an obstacle, and its number, or -1.
 
@@ -163,7 +157,6 @@ def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None)
     return Timers(drive, free, np.zeros(1), exponent, *scratch)
 
 
-@inner
 def kick_event(timers, model, state, i, now, t, code):
     """Return time and code of i's next kick, if before ``t``; else ``t`` and ``code``."""
     if timers is None:
@@ -180,7 +173,6 @@ def kick_event(timers, model, state, i, now, t, code):
     return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
 
 
-@inner
 def run_kick(timers, model, state, neighbors, i, code, now):
     """Run the kick of component i, if the code names one; tell whether it does."""
     if timers is None:
@@ -210,13 +202,11 @@ def run_kick(timers, model, state, neighbors, i, code, now):
     return True
 
 
-@inner
 def is_free(free, i):
     """Tell whether component i is not pinned; by default none is."""
     return True if free is None else free[i]
 
 
-@inner
 def _since(timers, state):
     """Return the time from the start of the run to the beginning of the epoch, in the engine's unit."""
     clock = state.clock[0]

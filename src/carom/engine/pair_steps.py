@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner, optional, required
-from carom.compiling.simd import asked_of
+from carom.compiling.lanes import asked_of
+from carom.compiling.registry import answering, optional, required
 from carom.engine.boundary import (
     NearestImage,
     SectorImage,
@@ -59,7 +59,6 @@ def put_step(neighbors, i, j, step):
     """Write into the list of i that it and j are on another step."""
 
 
-@inner
 def step_of(boundary, ref):
     """Return the step that a word names."""
     return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
@@ -158,20 +157,17 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
     return SpeciesSteps(bits, ready, kinds, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
 
 
-@inner
 def named(pair_steps, ref):
     """Return the component that a word of a list names."""
     return ref if pair_steps is None else np.uint32(ref >> np.uint32(pair_steps.bits))
 
 
-@inner
 def put_newcomer(pair_steps, newcomers, k, i, j):
     """Put the word of a newcomer in the place of its index."""
     if pair_steps is not None:
         newcomers[k] = fresh_word(pair_steps, i, j)
 
 
-@inner
 def standing(pair_steps):
     """Tell whether the lists stand already, with steps in them; only the first time it is asked."""
     if pair_steps is None:
@@ -181,7 +177,6 @@ def standing(pair_steps):
     return ready
 
 
-@inner
 def stepped_word(pair_steps, j, step):
     """Return the word that names component j and a step."""
     return np.uint32((np.uint64(j) << np.uint64(pair_steps.bits)) | np.uint64(step))

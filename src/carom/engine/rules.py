@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import required
 from carom.engine.advance import advance
 from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
@@ -45,7 +45,6 @@ def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
         recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
 
 
-@inner
 def recount_word(neighbors, rules, boundary, i, ref, was):
     """Do so for the one that a word names."""
     j = np.int64(index(boundary, ref))
@@ -55,7 +54,6 @@ def recount_word(neighbors, rules, boundary, i, ref, was):
         put_step(neighbors, np.uint64(j), np.uint64(i), 0)
 
 
-@inner
 def _settle(rules, model, state, neighbors, slot, i, now):
     """Carry out the decision of unit i, and update counters and news if it has changed."""
     me = state.rows[i]
@@ -72,7 +70,6 @@ def _settle(rules, model, state, neighbors, slot, i, now):
         recount_listed(neighbors, rules, model.boundary, i, was)
 
 
-@inner
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     """Call the rules of those whose circle a pair has crossed now; both decide on the state before."""
     if rules is None:
@@ -105,7 +102,6 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
         _settle(rules, model, state, neighbors, 1, j, now)
 
 
-@inner
 def rule_event(rules, model, state, i, now, t, code):
     """Return time and code of the next call of unit i's rule, if before ``t``; else ``t`` and ``code``."""
     if rules is None:
@@ -114,7 +110,6 @@ def rule_event(rules, model, state, i, now, t, code):
     return (until, TIMER_EVENT) if until < t else (t, code)
 
 
-@inner
 def run_rule(rules, model, state, neighbors, i, code, now):
     """Call the rule of unit i alone, if the code names that; tell whether it does."""
     if rules is None:
@@ -127,7 +122,6 @@ def run_rule(rules, model, state, neighbors, i, code, now):
     return True
 
 
-@inner
 def on_timer(rules, model, state, neighbors, i, ref, now):
     """Ask unit i alone, which is at the time now."""
     cause, other = cause_of(rules, np.int64(i), now)

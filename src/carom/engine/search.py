@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import fast, inner, optional
-from carom.compiling.simd import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
+from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
+from carom.compiling.registry import fast, optional
 from carom.engine.boundary import index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
@@ -72,7 +72,6 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     return chosen, np.int64(best & ~np.int64(WIDTH - 1)).view(np.float64)
 
 
-@inner
 def search(model, state, neighbors, i, now, block_half, avoided):
     """Search among all that i can meet, under any word but ``avoided``."""
     return earliest_partner(neighbors, model, state, i, now, block_half, avoided)
@@ -122,7 +121,6 @@ class FromCache(NamedTuple):
     """A time shortly before the contact found last for each component, (n,): everybody's own array."""
 
 
-@inner
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
     other = state.rows[np.uint64(index(model.boundary, ref))]
@@ -137,7 +135,6 @@ def contact_time_of(timing, model, state, i, ref, now, t):
     return now + t, clamped
 
 
-@inner
 def start_before(square, vv, event_time):
     """Return a moment before a contact at ``event_time``, by 1/4 to 1 of the flight over ``sqrt(square)``.
 

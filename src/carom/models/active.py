@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import SEED, word
 from carom.errors import InputError
 from carom.models import drives
@@ -51,7 +51,6 @@ class Propulsion(NamedTuple):
             v[axis] += self.speed[i] * self.directions[i, axis]
 
 
-@inner
 def _turn(drive, i, k, room):
     """Turn the direction of component i at its kick k, with (d,) numbers of ``room``.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from carom import checks, meant
 from carom.compiling import registry
-from carom.compiling.compile_errors import unknown_part
+from carom.compiling.faults import unknown_part
 from carom.errors import InputError
 from carom.models import drives
 from carom.models.contacts.restitution import Restitution

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import seeds
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import SEED, switch
 from carom.errors import InputError
 from carom.models import drives
@@ -57,7 +57,6 @@ class PairNoise(NamedTuple):
         self.due[i] = due(self, i, k + 1)
 
 
-@inner
 def opponent(i, n, r):
     """Return the opponent of i of n in round r of a tournament; i where it has none."""
     m = rounds(n)
@@ -67,13 +66,11 @@ def opponent(i, n, r):
     return m if j == i and m < n else j
 
 
-@inner
 def rounds(n):
     """Return in how many rounds each of n meets each other once."""
     return n - 1 + n % 2
 
 
-@inner
 def partner(drive, i, k):
     """Return who is kicked together with i in interval k; i itself where nobody is."""
     n = len(drive.due)
@@ -81,7 +78,6 @@ def partner(drive, i, k):
     return opponent(i, n, int(uniform(drive.seed, n, k) * m) % m)
 
 
-@inner
 def due(drive, i, k):
     """Return when i and its partner are kicked in interval k: a function of the two, the same for both."""
     first = min(i, partner(drive, i, k))

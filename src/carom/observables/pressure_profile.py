@@ -11,7 +11,6 @@ import numpy as np
 
 from carom import checks
 from carom.block import Block
-from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
@@ -50,20 +49,17 @@ class LayerFlux(NamedTuple):
     """The same over contacts with walls and obstacles, with r from their surface to the center."""
 
 
-@inner
 def layer(flux, k):
     """Return the number of a layer that is counted through all images of the box."""
     bins = len(flux.stays)
     return k % bins if flux.wraps else min(max(k, 0), bins - 1)
 
 
-@inner
 def is_last(flux, k, way):
     """Return whether nothing follows layer k in the direction ``way``: there is a wall."""
     return not flux.wraps and ((way > 0.0 and k >= len(flux.stays) - 1) or (way < 0.0 and k <= 0))
 
 
-@inner
 def stay(flux, i, k, start, end, share):
     """Add that particle i was in layer k for a ``share`` of the time from ``start`` to ``end`` of its flight.
 
@@ -80,7 +76,6 @@ def stay(flux, i, k, start, end, share):
             flux.carried[at, a, b] += share * flux.masses[i] * square * h
 
 
-@inner
 def time_to(c, v, g, way):
     """Return when a flight gets as far as c in the direction ``way``; infinity if it turns before."""
     if g == 0.0:
@@ -94,7 +89,6 @@ def time_to(c, v, g, way):
     return 2.0 * c / (v + w) if v + w != 0.0 else 0.0
 
 
-@inner
 def fly(flux, i, now):
     """Add the flight of particle i up to the time ``now``, layer by layer."""
     bins = len(flux.stays)
@@ -130,7 +124,6 @@ def fly(flux, i, now):
     flux.since[i] += whole
 
 
-@inner
 def set_out(flux, i, x, v, now):
     """Let a flight of particle i begin at the coordinate x along the axis with velocity v (d,)."""
     flux.x[i], flux.since[i] = x, now
@@ -138,7 +131,6 @@ def set_out(flux, i, x, v, now):
         flux.v[i, a] = v[a]
 
 
-@inner
 def add(flux, virial, k, share, r, gained):
     """Add a ``share`` of ``r_a dp_b`` to layer k."""
     at = layer(flux, k)
@@ -147,7 +139,6 @@ def add(flux, virial, k, share, r, gained):
             virial[at, a, b] += share * r[a] * gained[b]
 
 
-@inner
 def hand_over(flux, virial, x, r, gained):
     """Add ``r_a dp_b`` to the layers on the way r (d,), which begins at the coordinate x along the axis."""
     width = flux.edge / len(flux.stays)
@@ -203,7 +194,7 @@ def catch_up(flux, now):
 @cache
 def _compiled() -> Any:
     """Return :func:`catch_up` as compiled code."""
-    from carom.compiling.dispatch import entry
+    from carom.compiling.entry import entry
 
     return entry(catch_up)
 

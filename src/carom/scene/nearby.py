@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from carom.cells import Grid, SortedCells
-from carom.compiling.registry import inner
 from carom.jit import compiled
 
 ACROSS = 1.0 + 2.0**-10
@@ -99,7 +98,6 @@ def columns_around(grid: Grid, offsets: np.ndarray) -> np.ndarray:
     return result
 
 
-@inner
 def stretch(turn, level, window, least, height):
     """Return which cells of a column are in a window around a level and not below ``least``: from, to.
 
@@ -113,7 +111,6 @@ def stretch(turn, level, window, least, height):
     return least, min(above - height, below)
 
 
-@inner
 def put_spans(begins, ends, starts, column, level, around, windows, alike, height, period):
     """Put where the components near a cell begin and end in memory; return how many stretches there are.
 
@@ -138,7 +135,6 @@ def put_spans(begins, ends, starts, column, level, around, windows, alike, heigh
     return parts
 
 
-@inner
 def put_squares(squares, at, ours, i, theirs, begin, size, period):
     """Put the squared distances of component i from ``size`` others, nearest images, from ``at`` on."""
     x, edge = ours[0, i], period[0]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.intrinsics import prefetch
-from carom.compiling.registry import inner, required
+from carom.compiling.instructions import prefetch
+from carom.compiling.registry import required
 from carom.engine.neighbors.grid import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors, prefetch_cell
@@ -98,7 +98,6 @@ def _prefetch_layer_of_lists(neighbors: Lists, i):
     prefetch(neighbors.reference, np.int64(i))
 
 
-@inner
 def layers_apart(layer, other, layers):
     """Return how many layers two are apart, of so many layers that repeat."""
     gap = np.int64(layer) - np.int64(other)

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
-from carom.compiling.registry import answering, inner
+from carom.compiling.entry import entry
+from carom.compiling.registry import answering
 from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.observers import interface
@@ -86,7 +85,6 @@ class LpRecorder(NamedTuple):
         lp_events.used[0] = k + 1
 
 
-@inner
 def put_detail(details, k, ref, impulse):
     """Note the word and the impulse of the k-th collision."""
     if details is not None:
@@ -94,7 +92,6 @@ def put_detail(details, k, ref, impulse):
         details[k].impulse = impulse
 
 
-@inner
 def detail(details, process, k):
     """Return the word and the impulse of the k-th collision of a process."""
     if details is None:
@@ -102,7 +99,6 @@ def detail(details, process, k):
     return np.int64(details[process, k].ref), np.float64(details[process, k].impulse)
 
 
-@inner
 def struck(obstacles, number, momentum):
     """Add a collision with an obstacle."""
     if obstacles is not None:
@@ -130,12 +126,17 @@ def order_tasks(all_events: AllEvents) -> list[tuple[Any, ...]]:
     bounds = np.vstack([np.zeros(len(pages), np.int64), inside.T, counts])
     totals = bounds.sum(axis=1)
     return [
-        (all_events, bounds[k].copy(), bounds[k + 1], all_events.order[totals[k] : totals[k + 1]])
+        (all_events, bounds[k].copy(), bounds[k + 1], all_events.order[totals[k] : totals[k + 1]], *_players(len(pages)))
         for k in range(len(pages))
     ]
 
 
-@inner
+def _players(processes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the tree of a tournament that nobody has begun: who lost at each node, when, and with whom."""
+    leaves = 1 << (processes - 1).bit_length()
+    return np.zeros(leaves, np.uint64), np.full(leaves, -np.inf), np.zeros(leaves, np.int32)
+
+
 def next_after(process, time, component, losers, times, components):
     """Let the next collision of a process play against those that lost before; return who comes first."""
     one = np.uint64(1)
@@ -151,16 +152,11 @@ def next_after(process, time, component, losers, times, components):
 
 
 @entry
-def find_order(all_events, heads, ends, order):
+def find_order(all_events, heads, ends, order, losers, times, components):
     """Find the order of collisions, by a tournament of processes: who has the earliest, who the next."""
     entries, component = all_events.entries, all_events.component
-    leaves = 1
-    while leaves < len(heads):
-        leaves *= 2
-    losers = np.zeros(leaves, np.uint64)
-    times, components = np.full(leaves, -np.inf), np.zeros(leaves, np.int32)  # whom nobody beats: not begun
     process = np.uint64(0)
-    for k in range(np.uint64(leaves)):
+    for k in range(np.uint64(len(losers))):
         time, who = np.inf, np.int32(0)
         if k < len(heads) and heads[k] < ends[k]:
             time, who = entries[k, heads[k]].time, component[k, heads[k]]
@@ -178,17 +174,20 @@ def find_order(all_events, heads, ends, order):
 @entry
 def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
     """Add up the collisions of all processes in the order that was found, as one cycle would have."""
-    all_events, obstacles, observers = borrowed(all_events), borrowed(obstacles), borrowed(observers)
     tally = tallies[0]
-    for k in range(heads.sum(), all_events.used[:, 0].sum()):
+    done = total = 0
+    for process in range(len(heads)):
+        done += heads[process]
+        total += all_events.used[process, 0]
+    for k in range(done, total):
         if is_full(observers):
             return False
-        process = np.uint64(all_events.order[np.uint64(k)])
-        h = np.uint64(heads[process])
-        heads[process] += 1
-        entry = all_events.entries[process, h]
-        i = np.int64(all_events.component[process, h])
-        ref, impulse = detail(all_events.details, process, h)
+        page = np.uint64(all_events.order[np.uint64(k)])
+        h = np.uint64(heads[page])
+        heads[page] += 1
+        entry = all_events.entries[page, h]
+        i = np.int64(all_events.component[page, h])
+        ref, impulse = detail(all_events.details, page, h)
         clock[0].now = entry.time
         if ref < LAMBDA:
             struck(obstacles, OBSTACLE - ref, impulse)

@@ -10,7 +10,7 @@ import carom.engine.domains.lookahead
 import carom.engine.domains.messages
 import carom.engine.domains.synchronization  # noqa: F401 (what a process's queue answers)
 from carom.compiling import registry
-from carom.compiling.simd import make_lanes
+from carom.compiling.lanes import make_lanes
 from carom.engine.boundary import NearestImage
 from carom.engine.build import Engine, enlarge_heap
 from carom.engine.calendar import make_calendar

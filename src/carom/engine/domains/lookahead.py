@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.intrinsics import load, prefetch, store
-from carom.compiling.registry import inner
+from carom.compiling.instructions import load, prefetch, store
 from carom.engine.calendar import (
     ENTRIES,
     bucket_of,
@@ -26,7 +25,6 @@ HORIZON = 16  # buckets in which a process looks for events in zones in advance
 PREFETCH_AHEAD = 4  # buckets by which what they name is asked for before a process looks into them
 
 
-@inner
 def note(calendar, side, time, i):
     """Announce an event of component i at a border."""
     lp = calendar.lp[0]
@@ -42,7 +40,6 @@ def note(calendar, side, time, i):
         store(calendar.channels.event_time, at, np.float64(time))
 
 
-@inner
 def withdraw(calendar, side, now):
     """Withdraw what was announced at a border before now."""
     lp = calendar.lp[0]
@@ -64,7 +61,6 @@ def withdraw(calendar, side, now):
         store(calendar.channels.event_time, at, earliest)
 
 
-@inner
 def announce_at_borders(calendar, time, i, mask):
     """Announce an event of component i at the borders that it may reach."""
     for side in range(2):
@@ -100,7 +96,6 @@ def _clear_notes_of_lp(calendar: LpQueue):
             store(calendar.channels.event_time, patch_at(calendar, side, lp.me, 0, patch), np.float64(NEVER))
 
 
-@inner
 def prefetch_bucket(calendar, state, bucket):
     """Ask for what looking into a bucket will touch."""
     buckets = calendar.buckets
@@ -112,7 +107,6 @@ def prefetch_bucket(calendar, state, bucket):
             prefetch(state.crossing_time, i)
 
 
-@inner
 def scan_bucket(calendar, state, bucket):
     """Announce what a bucket holds at the borders."""
     buckets = calendar.buckets
@@ -125,7 +119,6 @@ def scan_bucket(calendar, state, bucket):
         link = calendar.lines[link, 1]
 
 
-@inner
 def scan_component(calendar, state, bucket, i):
     """Announce component i, if it is due in this bucket and at a border."""
     mask = mask_of(calendar, i)

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.intrinsics import store
-from carom.compiling.registry import inner
+from carom.compiling.instructions import store
 from carom.engine.domains.decomposition import PATCHES, layer_of
 
 MOST_MESSAGES = 256
@@ -118,44 +117,37 @@ class LpQueue(NamedTuple):
     flags: np.ndarray  # whether a bucket may hold one, (buckets,) uint8
 
 
-@inner
 def mask_of(calendar, i):
     """Return what the layer of component i is to this process."""
     return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)])
 
 
-@inner
 def row_of(calendar, i, k):
     """Return the row of patches that component i is in, along the k-th axis of a border."""
     return calendar.rows[k, layer_of(calendar.neighbors, i, calendar.along[k])]
 
 
-@inner
 def patch_at(calendar, side, process, patch_row, column):
     """Return where the board has what a process announces in a patch of its border on a side."""
     return (2 * process + side) * PATCHES + patch_row * calendar.patches[1] + column
 
 
-@inner
 def beside(lp, side):
     """Return the process below (side 0) or above (1)."""
     other = lp.me + 2 * side - 1
     return other + lp.processes if other < 0 else (other - lp.processes if other >= lp.processes else other)
 
 
-@inner
 def slot_of(lp, side):
     """Return which messages are those from or to the process on a side: of two, all are from below."""
     return np.int64(0 if lp.processes == 2 else side)
 
 
-@inner
 def border(lp, side):
     """Return where the lock of the border on a side is."""
     return np.int64(LINE) * np.int64(lp.me if side == 0 else beside(lp, np.int64(1)))
 
 
-@inner
 def abort_window(calendar):
     """Tell all processes that the window is rolled back."""
     for process in range(calendar.lp[0].processes):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.intrinsics import load, store
-from carom.compiling.registry import inner
+from carom.compiling.instructions import load, store
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
     count_local,
@@ -91,7 +90,6 @@ def _receive_of_lp(calendar: LpQueue, state):
             insert(calendar, np.uint64(i), time_of(state, np.uint64(i)))
 
 
-@inner
 def unlock(calendar):
     """Let others have the borders that this process holds."""
     lp = calendar.lp[0]

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.intrinsics import load, take, yield_thread
-from carom.compiling.registry import inner
+from carom.compiling.instructions import load, take, yield_thread
 from carom.engine.boundary import index
 from carom.engine.calendar import pop, safe_to_process, should_return, time_of
 from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
@@ -41,7 +40,6 @@ from carom.models.questions.particles import NEVER
 MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop
 
 
-@inner
 def no_earlier_event(calendar, side, now, i):
     """Return whether the process on a side has nothing before now that may touch what an event of i does."""
     lp, channels = calendar.lp[0], calendar.channels
@@ -75,13 +73,11 @@ def no_earlier_event(calendar, side, now, i):
     return True
 
 
-@inner
 def around(k, count):
     """Return k, which may be one too low or too high, within a ring of so many."""
     return k + count if k < 0 else (k - count if k >= count else k)
 
 
-@inner
 def near_to(calendar, history, k, i):
     """Return whether component i is near the k-th event that is remembered."""
     for axis in range(len(calendar.layers)):
@@ -94,7 +90,6 @@ def near_to(calendar, history, k, i):
     return True
 
 
-@inner
 def record_history(calendar, history, k, i, now, local_time):
     """Remember the event of component i now as the k-th."""
     history[k, TIME] = now
@@ -104,7 +99,6 @@ def record_history(calendar, history, k, i, now, local_time):
         history[k, PLACE + axis] = layer_of(calendar.neighbors, i, axis)
 
 
-@inner
 def borders_of(calendar, state, boundary, i):
     """Return the borders in whose zones the event of component i is."""
     mask = mask_of(calendar, i)
@@ -114,7 +108,6 @@ def borders_of(calendar, state, boundary, i):
     return mask & BORDERS
 
 
-@inner
 def lock_borders(calendar, state, boundary, i, now, borders):
     """Take the locks of borders, and return whether the event of component i is still what it was."""
     lp, channels = calendar.lp[0], calendar.channels
@@ -131,7 +124,6 @@ def lock_borders(calendar, state, boundary, i, now, borders):
     return still and borders_of(calendar, state, boundary, i) & ~borders == 0
 
 
-@inner
 def no_straggler_at_border(calendar, side, i, now):
     """Return whether nothing later was processed near component i at a border, by others; and note it."""
     lp, channels = calendar.lp[0], calendar.channels
@@ -153,7 +145,6 @@ def no_straggler_at_border(calendar, side, i, now):
     return True
 
 
-@inner
 def no_straggler(calendar, i, now):
     """Note component i, and return whether this process has processed nothing later near it."""
     lp, history = calendar.lp[0], calendar.history

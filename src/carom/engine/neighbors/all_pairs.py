@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine import search
 from carom.engine.boundary import separation
 from carom.engine.constants import LAMBDA
@@ -206,7 +206,6 @@ def make_pairs(n: int, span: float) -> Pairs:
     return Pairs(float(span), np.arange(n, dtype=np.uint32))
 
 
-@inner
 def pack_one(everybody, motion, state, i):
     """Put component i among the others, as its row says."""
     me = state.rows[i]
@@ -223,7 +222,6 @@ def pack_one(everybody, motion, state, i):
         everybody.swiftest[swiftest] = max(everybody.swiftest[swiftest], abs(v))
 
 
-@inner
 def pack_self(everybody, i):
     """Put the flight of component i apart."""
     block_index, lane = np.uint64(i) // np.uint64(BLOCK), np.uint64(i) % np.uint64(BLOCK)
@@ -232,7 +230,6 @@ def pack_self(everybody, i):
         everybody.packed_self[k] = everybody.packed_flights[start_index + np.uint64(k * BLOCK)]
 
 
-@inner
 def pack_all(everybody, motion, state):
     """Put all components side by side, if an epoch has begun since that was done."""
     epoch = state.clock[0].epoch
@@ -245,7 +242,6 @@ def pack_all(everybody, motion, state):
             pack_one(everybody, motion, state, i)
 
 
-@inner
 def approach(everybody, model, state, i, j, now, at_plane):
     """Return a time one diameter of flight before i and j are closest, near that of the plane of j."""
     rows = state.rows
@@ -263,7 +259,6 @@ def approach(everybody, model, state, i, j, now, at_plane):
     return max(at_plane - rv / vv - everybody.core / np.sqrt(vv), now)
 
 
-@inner
 def exact_meeting(everybody, model, state, i, j, now, avoided):
     """Return a time shortly before i and j touch, and when, or NEVER; if ``avoided``, not now."""
     flight = everybody.flight
@@ -309,7 +304,6 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
     return now, NEVER
 
 
-@inner
 def search_all(everybody, model, state, i, now, after, avoided):
     """Keep, on both sides, the contacts of i with all behind number ``after``; return its first, or -1.
 
@@ -344,7 +338,6 @@ def search_all(everybody, model, state, i, now, after, avoided):
     return chosen
 
 
-@inner
 def search_everybody(everybody, model, state, now):
     """Look at every pair, from now to the end of the epoch."""
     pack_all(everybody, model.motion, state)
@@ -359,7 +352,6 @@ def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i
     return True, neighbors.names, np.uint64(0), np.int64(0)
 
 
-@inner
 def choose(everybody, model, state, tally, i):
     """Give i its first contact, if earlier than its event; whom the two leave then have no event."""
     rows = state.rows
@@ -382,7 +374,6 @@ def choose(everybody, model, state, tally, i):
     return True
 
 
-@inner
 def curved_meeting(model, state, i, j, now, limit, span):
     """Return the time until i and j touch, or NEVER beyond ``limit``, and whether they do so already."""
     contact = np.sqrt(core_square(model.pair, np.int64(i), np.int64(j), now))
@@ -392,7 +383,6 @@ def curved_meeting(model, state, i, j, now, limit, span):
     return meeting_time(model.motion, me, other, now, contact, rate, limit, span)
 
 
-@inner
 def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
     """Return whom i meets first until ``limit`` or the search's end, or -1; not the one ``avoided`` now."""
     best = min(now + neighbors.span, limit)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner, required
-from carom.compiling.simd import pack
+from carom.compiling.lanes import pack
+from carom.compiling.registry import answering, required
 
 
 @required
@@ -143,7 +143,6 @@ class UnequalBounds(NamedTuple):
         return self.grids
 
 
-@inner
 def _skin_of(rates, bounds, i, now):
     if rates is None:
         return bounds.skins[i], 0.0

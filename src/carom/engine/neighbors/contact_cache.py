@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
 from carom.engine.state import aligned
 from carom.models.questions.particles import NEVER
 
@@ -46,26 +45,22 @@ def make_contacts(n: int, number: type) -> Contacts:
     )
 
 
-@inner
 def contact_of(contacts, i, k):
     """Return contact number k of component i, a record."""
     return contacts.found[np.uint64(i) * np.uint64(CAPACITY) + np.uint64(k)]
 
 
-@inner
 def clear(contacts, i):
     """Forget the contacts of component i."""
     contacts.counts[i] = 0
     contacts.first_dropped[i] = NEVER
 
 
-@inner
 def stands(contacts, contact):
     """Return whether the partner of a contact still flies as it did when the contact was found."""
     return contacts.versions[np.uint64(contact.other)] == contact.version
 
 
-@inner
 def keep(contacts, i, j, start_time, event_time):
     """Keep the contact of i with j, in the place of an earlier find of the same two if there is one."""
     count = contacts.counts[i]
@@ -95,7 +90,6 @@ def keep(contacts, i, j, start_time, event_time):
     contact.event_time = event_time
 
 
-@inner
 def best_of(contacts, state, i, before):
     """Return i's first contact with one of no earlier event, or -1, and whether none before it was lost.
 

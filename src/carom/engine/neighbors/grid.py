@@ -14,31 +14,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
 from carom.engine.lattice import position_at, velocity_at
 from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
 
 
-@inner
 def coordinate_bits(dimension):
     """Return how many bits of a reference point are for one axis."""
     return min(32, 64 // dimension)
 
 
-@inner
 def bits(lists):
     """Return how many bits of a reference point are for one axis."""
     return np.int64(coordinate_bits(len(lists.grid_step)))
 
 
-@inner
 def grid_coordinate(lists, point, axis):
     """Return the coordinate of a reference point along an axis, in steps."""
     size = bits(lists)
     return np.int64(np.uint64(point) >> np.uint64(size * axis)) & ((np.int64(1) << size) - 1)
 
 
-@inner
 def grid_difference(lists, to, since, axis):
     """Return the component along an axis of the way between two reference points, of the nearest image."""
     shift = np.uint64(bits(lists) * axis)
@@ -60,14 +55,12 @@ def make_tilt_window(motion) -> TiltWindow | None:
     return TiltWindow(np.zeros(1), 0.5 * LISTED_STRAIN) if isinstance(motion, Sheared) else None
 
 
-@inner
 def open_window(window, motion):
     """Let the window begin with the tilt at the beginning of the epoch."""
     if window is not None:
         window.middle[0] = motion.tilt[0] + math.copysign(window.half, motion.rate)
 
 
-@inner
 def ends_with(window, motion, length):
     """Tell whether the window ends in the epoch of this length that begins."""
     if window is None:
@@ -75,7 +68,6 @@ def ends_with(window, motion, length):
     return abs(tilt_at(motion, length) - window.middle[0]) > window.half
 
 
-@inner
 def least_difference(window, lists, to, since, axis):
     """Return the component along an axis of the way between two reference points, where it is shortest."""
     r = grid_difference(lists, to, since, axis)
@@ -87,14 +79,12 @@ def least_difference(window, lists, to, since, axis):
     return r
 
 
-@inner
 def _along_lattice(motion, lists, boundary, me, point, axis, now):
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
     r = x - grid_coordinate(lists, point, axis) * lists.grid_step[axis]
     return r - boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
 
 
-@inner
 def from_reference(window, motion, lists, boundary, me, point, axis, now):
     """Return a coordinate of the way to a component, whose old event is ``me``, from its reference point."""
     r = _along_lattice(motion, lists, boundary, me, point, axis, now)
@@ -105,7 +95,6 @@ def from_reference(window, motion, lists, boundary, me, point, axis, now):
     return r
 
 
-@inner
 def speed_from_reference(window, motion, lists, boundary, me, point, axis, now):
     """Return how fast that changes."""
     if window is None:
@@ -116,7 +105,6 @@ def speed_from_reference(window, motion, lists, boundary, me, point, axis, now):
     return v
 
 
-@inner
 def half_square(window, lists, to, since, axis):
     """Return half of the square of a move along an axis, where it is longest."""
     step = grid_difference(lists, to, since, axis)
@@ -128,7 +116,6 @@ def half_square(window, lists, to, since, axis):
     return 0.5 * step * step
 
 
-@inner
 def pull(window, lists, to, since, axis):
     """Return a coordinate's factor in a way times a move, mid-window, and its change in the window."""
     step = grid_difference(lists, to, since, axis)
@@ -146,7 +133,6 @@ def pull(window, lists, to, since, axis):
     return step, spread
 
 
-@inner
 def reached(window, step, spread, low, high):
     """Return the largest product of an interval of coordinates with what :func:`pull` returns."""
     largest = max(low * step, high * step)
@@ -155,7 +141,6 @@ def reached(window, step, spread, low, high):
     return largest + spread * max(abs(low), abs(high))
 
 
-@inner
 def cell_gap(window, axis, low, high):
     """Return how far a cell from ``low`` to ``high`` along an axis is away, at least."""
     if window is None:
@@ -193,7 +178,6 @@ def make_grid(shapes, spans) -> Grid:
     )
 
 
-@inner
 def cell_of(lists, own_class, point):
     """Return the cell of a reference point in the grid of level ``own_class``."""
     cell = np.int64(0)
@@ -207,7 +191,6 @@ SQUARE_MARGIN = 1e-9
 """Cells are looked into that are this fraction too far away, so that rounding loses nobody."""
 
 
-@inner
 def cells_near(lists, own_class, other, point, range_sq, moved, old):
     """Find the cells of a level that can hold anybody whom a component of level ``own_class`` has to look at.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.compiling.registry import optional, required
+from carom.compiling.registry import cold, optional, required
 
 
 @required
@@ -61,6 +61,7 @@ def on_wrap(neighbors, i, axis, crossings):
     return
 
 
+@cold
 @required
 def build(neighbors, motion, boundary, state):
     """Build the scheme from the positions at the present time; False if an array is too small for it."""

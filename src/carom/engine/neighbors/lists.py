@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.intrinsics import prefetch, prefetch_now
-from carom.compiling.registry import answering, inner
-from carom.compiling.simd import LANES, copy_words, pack
+from carom.compiling.instructions import prefetch, prefetch_now
+from carom.compiling.lanes import LANES, copy_words, pack
+from carom.compiling.registry import answering, cold
 from carom.engine import pair_steps
 from carom.engine.boundary import index
 from carom.engine.lattice import position_at
@@ -206,7 +206,6 @@ def make_lists(
     )
 
 
-@inner
 def root_above(x):
     """Return the root of x and a hair or up to 6 % more: bits halved are linear between powers of four.
 
@@ -215,7 +214,6 @@ def root_above(x):
     return np.int64((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000400).view(np.float64)
 
 
-@inner
 def unlink(lists, i, j):
     """Remove j from the list of i."""
     start_index = start(lists.bounds, i)
@@ -229,14 +227,12 @@ def unlink(lists, i, j):
     lists.counts[i] = count
 
 
-@inner
 def listed_fully(lists, i):
     """Return whether the list of i is full."""
     count = np.uint64(lists.counts[i])
     return start(lists.bounds, i) + count == start(lists.bounds, i + np.uint64(1))
 
 
-@inner
 def link(lists, i, j):
     """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
@@ -244,7 +240,6 @@ def link(lists, i, j):
     lists.counts[i] = count + 1
 
 
-@inner
 def distance_sq(lists, point, other):
     """Return the squared distance of two reference points, or the least one where the lattice tilts."""
     rr = 0.0
@@ -254,7 +249,6 @@ def distance_sq(lists, point, other):
     return rr
 
 
-@inner
 def enter_cell(lists, cell, i):
     """Add i to a cell; False, and nothing done, if the cell is full."""
     last = np.uint64(lists.members[cell])
@@ -265,7 +259,6 @@ def enter_cell(lists, cell, i):
     return True
 
 
-@inner
 def leave_cell(lists, cell, i):
     """Remove i from a cell; the last one takes its place."""
     lists.members[cell] -= 1
@@ -276,7 +269,6 @@ def leave_cell(lists, cell, i):
             break
 
 
-@inner
 def reference_of(lists, motion, state, i, now):
     """Return the present position of i as a reference point."""
     me = state.rows[i]
@@ -289,7 +281,7 @@ def reference_of(lists, motion, state, i, now):
     return point
 
 
-@inner
+@cold
 def rebuild_list(lists, motion, state, i, now):
     """Take a new reference point for i and renew its list; return the newcomers, -1 without room."""
     me = np.uint32(i)
@@ -322,7 +314,6 @@ def rebuild_list(lists, motion, state, i, now):
     return link_flagged(lists, i, total)
 
 
-@inner
 def gather_cells(lists, i, point, moved, old):
     """Put all near a reference point of i, or after a move those new, into ``found``; return how many.
 
@@ -352,7 +343,6 @@ def gather_cells(lists, i, point, moved, old):
     return total
 
 
-@inner
 def flag_in_range(lists, i, total, point, moved, old):
     """Mark in ``hits`` who of those found is to be listed with i, and was not where it ``moved`` from.
 
@@ -368,7 +358,6 @@ def flag_in_range(lists, i, total, point, moved, old):
         lists.hits[k] = np.int64(in_range & new)
 
 
-@inner
 def link_flagged(lists, i, total):
     """List i and the hits among those found with each other; return their number, or -1 if a list is full."""
     last = np.uint64(0)
@@ -385,7 +374,6 @@ def link_flagged(lists, i, total):
     return np.int64(last)
 
 
-@inner
 def prefetch_list(lists, i):
     """Ask for the list of component i."""
     start_index = np.int64(start(lists.bounds, i))
@@ -395,7 +383,6 @@ def prefetch_list(lists, i):
     prefetch(lists.reference, np.int64(i))
 
 
-@inner
 def prefetch_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbours of component i."""
     start_index = start(lists.bounds, i)
@@ -403,7 +390,6 @@ def prefetch_listed(lists, array, i):
         prefetch(array, np.int64(named(lists.steps, lists.refs[k])))
 
 
-@inner
 def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
     if step == 1:

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.intrinsics import prefetch
-from carom.compiling.registry import inner, optional
+from carom.compiling.instructions import prefetch
+from carom.compiling.registry import cold, optional
 
 LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
@@ -52,7 +52,6 @@ def stages(neighbors):
     return 0
 
 
-@inner
 def prefetch_own(state, i):
     """Ask for what every event of component i needs."""
     prefetch(state.rows, np.int64(i))
@@ -60,7 +59,6 @@ def prefetch_own(state, i):
     prefetch(state.crossing_time, np.int64(i))
 
 
-@inner
 def prefetch_members(array, cells, cell, count, component):
     """Ask for the elements of an array that belong to the first members of a cell.
 
@@ -74,13 +72,12 @@ def prefetch_members(array, cells, cell, count, component):
         prefetch(array, np.int64(cells[cell, np.uint64(k)]))
 
 
-@inner
 def leaves_first(state, i):
     """Tell whether the event of i is that it leaves its sector."""
     return state.crossing_time[i] < state.rows[i].event_time
 
 
-@inner
+@cold
 def prefetch_next(calendar, state, neighbors, boundary, motion):
     """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone."""
     buckets = calendar.buckets

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import approximate, fast, inner
+from carom.compiling.registry import approximate, fast
 
 BLOCK = 128  # components looked at side by side
 
@@ -54,19 +54,16 @@ COARSE = 2.0**-6
 """Error of positions [edges] beyond which every path is looked at closely: some fly thousands of boxes."""
 
 
-@inner
 def wrap(number):
     """Return a whole number of units in the box."""
     return np.uint16(np.int64(number) & ALL)
 
 
-@inner
 def in_units(x):
     """Return a coordinate in the box as a whole number; ``x`` is in units, float32, and below 2^31."""
     return wrap(np.int32(np.rint(x)))
 
 
-@inner
 def along(x, v):
     """Return ``x``, float32, or -x where v is negative: a change of one bit."""
     turned = np.float32(x).view(np.int32) ^ (np.float32(v).view(np.int32) & SIGN)
@@ -186,7 +183,6 @@ def marked(everybody, start_index, limit):
     return np.int64(first_lane), np.int64(last)
 
 
-@inner
 def max_relative_speed(everybody, start):
     """Return the most that anybody of a block may fly relative to the one that searches [edges / span]."""
     dimension = len(everybody.inverse)
@@ -198,14 +194,12 @@ def max_relative_speed(everybody, start):
     return speed
 
 
-@inner
 def position_error_of(everybody, elapsed, covered):
     """Return by how much rounding may hide an image [edges]; times are in spans."""
     way = everybody.fastest[0] * (elapsed + covered)
     return 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + way)
 
 
-@inner
 def prefilter(everybody, elapsed, covered, position_error, start):
     """Mark those of the block from ``start`` on whose relative paths come near an image."""
     if position_error > COARSE:

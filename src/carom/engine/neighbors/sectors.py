@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.intrinsics import prefetch
-from carom.compiling.registry import answering, inner
-from carom.compiling.simd import LANES, copy_words, replace_words
+from carom.compiling.instructions import prefetch
+from carom.compiling.lanes import LANES, copy_words, replace_words
+from carom.compiling.registry import answering
 from carom.engine.boundary import index, index_bits, mirror, separation
 from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
@@ -202,7 +202,6 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
     )
 
 
-@inner
 def sector_of(sectors, i):
     """Return the sector that holds component i."""
     cell = np.int64(0)
@@ -211,7 +210,6 @@ def sector_of(sectors, i):
     return np.uint64(cell)
 
 
-@inner
 def neighbor_rows(sectors, i):
     """Put the first sectors of the rows around i into ``neighbor_cells``; return count and threes."""
     neighbor_cells = sectors.neighbor_cells
@@ -232,7 +230,6 @@ def neighbor_rows(sectors, i):
     return count, wrap(sectors, last, cell - 1), cell, wrap(sectors, last, cell + 1)
 
 
-@inner
 def neighbor_rows_ahead(sectors, i, exit_face, cell):
     """Put the sectors in view when i enters ``cell`` by a face into ``neighbor_cells``; return how many."""
     neighbor_cells = sectors.neighbor_cells
@@ -252,7 +249,6 @@ def neighbor_rows_ahead(sectors, i, exit_face, cell):
     return count
 
 
-@inner
 def steps_along(sectors, i, axis):
     """Return by how much the numbers of the sectors below and above that of component i differ from its."""
     cell, size = np.int64(sectors.cell[i, np.uint64(axis)]), sectors.shape[axis]
@@ -260,13 +256,11 @@ def steps_along(sectors, i, axis):
     return (-step if cell > 0 else (size - 1) * step), (step if cell + 1 < size else (1 - size) * step)
 
 
-@inner
 def unwrapped(sectors, i, axis):
     """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
     return np.int64(sectors.cell[i, axis]) + sectors.shape[axis] * np.int64(sectors.wraps[i, axis])
 
 
-@inner
 def slack(extra_slack, sectors, i, axis):
     """Return how far component i may be beyond the faces of its sector along an axis."""
     if extra_slack is None:
@@ -274,7 +268,6 @@ def slack(extra_slack, sectors, i, axis):
     return sectors.slacks[axis] + extra_slack[i] if sectors.slacks[axis] > 0.0 else 0.0
 
 
-@inner
 def enter(sectors, cell, i):
     """Add i to a sector; False, and nothing done, if the sector is full."""
     last = np.uint64(sectors.members.shape[1] - 1)
@@ -286,7 +279,6 @@ def enter(sectors, cell, i):
     return True
 
 
-@inner
 def remove_member(sectors, cell, i):
     """Remove i from a sector."""
     last = np.uint64(sectors.members.shape[1] - 1)
@@ -297,7 +289,6 @@ def remove_member(sectors, cell, i):
     sectors.members[cell, last] = count
 
 
-@inner
 def copy_members(sectors, boundary, cell, code, total):
     """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
 
@@ -308,7 +299,6 @@ def copy_members(sectors, boundary, cell, code, total):
     return np.uint64(members[np.uint64(cell), np.uint64(members.shape[1] - 1)])
 
 
-@inner
 def copy_all_members(sectors, boundary, cell, code, total):
     """Append the words of all in a sector at ``total``; return how many they are."""
     count = copy_members(sectors, boundary, cell, code, total)
@@ -317,7 +307,6 @@ def copy_all_members(sectors, boundary, cell, code, total):
     return count
 
 
-@inner
 def copy_code(sectors, boundary, cell, start, code, total):
     """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
     bits = np.int64(index_bits(boundary))
@@ -325,7 +314,6 @@ def copy_code(sectors, boundary, cell, start, code, total):
     copy_words(sectors.members, np.int64(cell), start, sectors.refs, np.int64(total), bits, code)
 
 
-@inner
 def narrow(sectors):
     """Tell whether a row of members is one register.
 
@@ -334,7 +322,6 @@ def narrow(sectors):
     return sectors.members.shape[1] == LANES
 
 
-@inner
 def best_cell(sectors, i, axis, x, v):
     """Return in which sector along an axis, -1, 0 or 1 from its own, i would stay longest."""
     up = np.int64(v > 0.0)
@@ -344,14 +331,12 @@ def best_cell(sectors, i, axis, x, v):
     return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
 
 
-@inner
 def wrap(sectors, axis, cell):
     """Return a place along an axis that is at most one beyond the box as the one that it is an image of."""
     size = sectors.shape[axis]
     return cell + size if cell < 0 else (cell - size if cell >= size else cell)
 
 
-@inner
 def move(sectors, i, axis, way):
     """Note that component i is in the next sector along an axis, if ``way`` is 1 or -1."""
     cell = np.int64(sectors.cell[i, axis]) + way
@@ -359,7 +344,6 @@ def move(sectors, i, axis, way):
     sectors.wraps[i, axis] += np.int64(cell >= sectors.shape[axis]) - np.int64(cell < 0)
 
 
-@inner
 def prefetch_ahead(sectors, state, i, step):
     """Ask for the sectors that i leaves, enters and brings into view, or for who is in them."""
     exit_face = np.uint64(sectors.exit_face[i])
@@ -372,14 +356,12 @@ def prefetch_ahead(sectors, state, i, step):
         prefetch_near(sectors, state, i, new, np.uint64(sectors.faces[exit_face, k]), step)
 
 
-@inner
 def prefetch_around(sectors, state, i, cell, step):
     """Ask for all sectors around one near component i, or for who is in them."""
     for code in range(np.uint64(len(sectors.digits))):
         prefetch_near(sectors, state, i, cell, code, step)
 
 
-@inner
 def prefetch_both(sectors, motion, boundary, state, i, ref, step):
     """Ask for what the collision of component i with the one that ``ref`` names will touch."""
     j = np.uint64(index(boundary, ref))
@@ -395,7 +377,6 @@ def prefetch_both(sectors, motion, boundary, state, i, ref, step):
     prefetch_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), ref)), step)
 
 
-@inner
 def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     """Ask for the sectors, or members, around i after its collision with ``ref``, as if of one mass."""
     me, other = state.rows[i], state.rows[np.uint64(index(boundary, ref))]
@@ -421,20 +402,17 @@ def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     prefetch_around(sectors, state, i, cell, step - 1)
 
 
-@inner
 def prefetch_cell(sectors, i):
     """Ask for where component i is."""
     prefetch(sectors.cell, np.int64(i) * len(sectors.sides))
     prefetch(sectors.wraps, np.int64(i) * len(sectors.sides))
 
 
-@inner
 def prefetch_sector(sectors, cell):
     """Ask for a sector."""
     prefetch(sectors.members, cell * sectors.members.shape[1])
 
 
-@inner
 def prefetch_near(sectors, state, i, cell, code, step):
     """Ask for a sector near i, or its members; across a face it is a wrong one, which harms nobody."""
     neighbor_cells = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)

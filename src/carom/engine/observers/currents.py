@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
@@ -163,7 +163,6 @@ def fill(currents, pairs: np.ndarray, steps: np.ndarray, velocities: np.ndarray)
     held.halves[:] = halves
 
 
-@inner
 def observe(currents, now):
     """Write the samples that are due up to the time now: every current was constant until then."""
     size = len(currents.flow)
@@ -178,7 +177,6 @@ def observe(currents, now):
         currents.upcoming[0] += currents.upcoming[1]
 
 
-@inner
 def carry(currents, now):
     """Add the currents since the last change to their integrals."""
     observe(currents, now)
@@ -188,7 +186,6 @@ def carry(currents, now):
     currents.since[0] = now
 
 
-@inner
 def enter(currents, m, kind, v, sign):
     """Add to the currents what a component of mass m with velocity v is to them, times ``sign``."""
     d = len(v)
@@ -208,7 +205,6 @@ def enter(currents, m, kind, v, sign):
     return 0.5 * m * twice
 
 
-@inner
 def carry_held(held, flow, i, v):
     """Add to the current of energy what component i with velocity v holds."""
     if held is None:
@@ -217,7 +213,6 @@ def carry_held(held, flow, i, v):
         flow[held.start + p] += held.halves[i] * v[p]
 
 
-@inner
 def pass_over(held, flow, i, j, before, step, v, after, w, later):
     """Record that i and j change step, and their velocities from v to ``after`` and w to ``later``."""
     if held is None:

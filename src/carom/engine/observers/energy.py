@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine.observers import interface
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import kept, present
@@ -70,14 +70,12 @@ def make_balance(masses, velocities, still) -> Balance:
     return Balance(drift, np.array([energy]), np.zeros(1), np.zeros(1))
 
 
-@inner
 def hold(balance, now):
     """Add the energy since the last change to its integral."""
     balance.action[0] += balance.energy[0] * (now - balance.since[0])
     balance.since[0] = now
 
 
-@inner
 def book(balance, change, now):
     """Enter a change of the energy."""
     hold(balance, now)

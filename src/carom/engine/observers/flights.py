@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine.observers import interface
 from carom.models.questions.memory import present
 
@@ -97,7 +97,6 @@ def make_flights(n: int, kinds, inverse) -> Flights:
     )
 
 
-@inner
 def bin_of(value, width):
     """Return the bin of a value that is not negative."""
     return np.int64(min(value / width, BINS - 1.0))

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
@@ -115,7 +115,6 @@ def name_of(observer) -> str:
     return type(observer.observer if isinstance(observer, Own) else observer).__name__
 
 
-@inner
 def _write(own, state, i, velocities, slot):
     """Write position and velocity of component i, which is up to date, into a row of the rooms."""
     row = state.rows[i]
@@ -124,7 +123,6 @@ def _write(own, state, i, velocities, slot):
         velocities[slot, axis] = math.ldexp(np.float64(row.v[axis]), -own.exponent)
 
 
-@inner
 def _time(own, state, now):
     """Return the time since the start of the run."""
     clock = state.clock[0]

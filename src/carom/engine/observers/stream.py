@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.engine.lattice import contact_vector
 from carom.engine.observers import interface
 from carom.models.copies import copied
@@ -69,7 +69,6 @@ def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) ->
     return StreamSums(rate, moments, np.zeros((d, d)), np.zeros((d, d)), np.zeros(1), np.zeros(d))
 
 
-@inner
 def fly(sums, now):
     """Let the time until now pass."""
     moments, integral, d = sums.moments, sums.integral, len(sums.r)
@@ -88,7 +87,6 @@ def fly(sums, now):
         moments[b, 0] = moments[0, b]
 
 
-@inner
 def enter(sums, weight, v, sign):
     """Add a velocity of a mass to the sums, or take it out."""
     for a in range(len(sums.r)):
@@ -96,7 +94,6 @@ def enter(sums, weight, v, sign):
             sums.moments[a, b] += sign * weight * np.float64(v[a]) * np.float64(v[b])
 
 
-@inner
 def enter_pair(sums, model, state, event, sign):
     """Add the velocities of a pair and the momentum of the partner, or take them out."""
     me, other = state.rows[event.i], state.rows[event.j]

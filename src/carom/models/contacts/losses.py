@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.fields import PART, SPEED, Value
@@ -105,7 +105,6 @@ def never_touched(particles: Particles) -> np.ndarray:
     return np.full(len(particles.radii) + 1, -np.inf)
 
 
-@inner
 def restitution_at(law, speed):
     """Return the fraction of a normal relative ``speed`` that remains after a contact by a ``law``."""
     if law.at_speed == 0.0:

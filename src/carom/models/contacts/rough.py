@@ -18,7 +18,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
@@ -158,7 +158,6 @@ class Rubbing(NamedTuple):
         return 0.5 * (1.0 + self.restitution)
 
 
-@inner
 def add_spin(impact, i, arm):
     """Take from the room's slip the surface velocity of particle i by its spin, ``arm`` along the normal."""
     w, k, slip = impact.spins[i], impact.normal, impact.slip
@@ -171,7 +170,6 @@ def add_spin(impact, i, arm):
         slip[2] -= arm * (w[0] * k[1] - w[1] * k[0])
 
 
-@inner
 def slip_to_impulse(impact, tangential, friction, compliance, normal_impulse, dimension):
     """Replace the room's relative velocity of the surfaces by the tangential impulse on the second.
 
@@ -193,7 +191,6 @@ def slip_to_impulse(impact, tangential, friction, compliance, normal_impulse, di
         slip[axis] *= -part
 
 
-@inner
 def update_spin(impact, i, arm):
     """Turn particle i by the tangential impulse in the room, which acts at the ``arm`` from its centre.
 

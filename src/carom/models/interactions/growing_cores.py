@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.models.mathematics.contact import contact_time_known, elastic
 from carom.models.questions import interaction, memory
 from carom.models.questions.interaction import radius
@@ -77,7 +77,6 @@ class GrowingCores(NamedTuple):
             self.radii[i] += self.rates[i] * duration
 
 
-@inner
 def growing(radii, rate, rr, rv, vv, now):
     """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact, of the sums of radii and rates."""
     contact = radii + rate * now

@@ -18,7 +18,6 @@ from typing import Annotated, Any
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
 from carom.declared import SEED, Declared, fields_of, said, schema_of_table
 from carom.errors import InputError
 from carom.models.fields import Value
@@ -330,15 +329,13 @@ def _records(ranges: Ranges, dimension: int, count: int) -> tuple[Any, Any]:
 
 
 _TAGS: dict[Any, type] = {}
-_COMPILABLE: set[Any] = set()
 
 
 def _tag(rule: Any) -> type:
     """Return the type that stands for a rule, so that the compiler can choose it by type."""
     if rule not in _TAGS:
-        _make_compilable(rule)
         kind = _new_type(rule)
-        units.call_rule.register(kind, _with_globals(_asking(rule), rule))
+        units.call_rule.register(kind, _asking(rule))
         _TAGS[rule] = kind
     return _TAGS[rule]
 
@@ -362,22 +359,3 @@ def _asking(rule: Any) -> Any:
         rule(unit, event)
 
     return asking
-
-
-def _with_globals(function: Any, rule: Any) -> Any:
-    """Return a function that belongs to the module of the rule: the compiled cache follows it there."""
-    return types.FunctionType(
-        function.__code__, rule.__globals__, rule.__name__, function.__defaults__, function.__closure__
-    )
-
-
-def _make_compilable(function: Any) -> None:
-    """Let compiled code call a plain function, and the plain functions that it calls."""
-    if function in _COMPILABLE or str(function.__module__).partition(".")[0] == "carom":
-        return
-    _COMPILABLE.add(function)
-    inner(function)
-    cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    for value in [function.__globals__.get(name) for name in function.__code__.co_names] + cells:
-        if isinstance(value, types.FunctionType) and value.__globals__ is function.__globals__:
-            _make_compilable(value)

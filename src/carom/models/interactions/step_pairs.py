@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.models.questions import steps
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER
@@ -50,7 +50,6 @@ class StepPairs(NamedTuple):
         return max(self.inner[step], 0.0) if self.enter[step] == NEVER else 0.0
 
 
-@inner
 def end_of_step(low, high, rr, rv, vv):
     """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER.
 
@@ -68,7 +67,6 @@ def end_of_step(low, high, rr, rv, vv):
     return max(t, 0.0) if falls | ((high < NEVER) & (vv > 0.0)) else NEVER
 
 
-@inner
 def cross(pair, i, j, step, rr, rv, inwards, cost):
     """Return what happens to a pair at an end of its step: it crosses, or is thrown back.
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering, inner, required
+from carom.compiling.registry import answering, required
 from carom.models.interactions.step_pairs import end_of_step
 from carom.models.mathematics.counter_random import uniform
 from carom.models.questions import memory, steps
@@ -145,7 +145,6 @@ def call_rule(rule, unit, event):
     """Let a rule decide."""
 
 
-@inner
 def draw(unit):
     """Return the next random number of the stream of a ``unit``, in (0, 1]."""
     number = uniform(unit.seed, unit.number, unit.drawn)
@@ -153,14 +152,12 @@ def draw(unit):
     return number
 
 
-@inner
 def _count(pair, i, j, crossed, change):
     circle = pair.watch[pair.kinds[i], crossed]
     if circle >= 0:
         pair.counts[i, circle, pair.kinds[j]] += change
 
 
-@inner
 def recount(pair, i, j, step, was):
     """Bring the counters of i and j, who are on a step, up to date: i was of the kind ``was`` before.
 
@@ -185,7 +182,6 @@ def recount(pair, i, j, step, was):
         pair.news[j] = i
 
 
-@inner
 def fill_agent(pair, slot, i, x, v, now):
     """Fill in what the rule of unit i is handed; its place ``x`` and velocity ``v`` are those of now."""
     unit = pair.units[slot]
@@ -206,7 +202,6 @@ def fill_agent(pair, slot, i, x, v, now):
     unit.drawn = pair.drawn[i]
 
 
-@inner
 def fill_event(pair, slot, cause, circle, other, time):
     """Fill in what a rule is told of an event; the caller adds where the other is, and its velocity."""
     event = pair.told[slot]
@@ -221,7 +216,6 @@ def fill_event(pair, slot, cause, circle, other, time):
         event.velocity[axis] = 0.0
 
 
-@inner
 def place_other(pair, slot, axis, r, v):
     """Fill in a coordinate of the vector to the other, and of its velocity."""
     event = pair.told[slot]
@@ -230,7 +224,6 @@ def place_other(pair, slot, axis, r, v):
     event.distance = np.hypot(event.distance, r)
 
 
-@inner
 def apply(pair, slot, i, v, now):
     """Do what the rule of unit i decided; return its former kind if that has changed, else NOBODY."""
     unit = pair.units[slot]
@@ -276,7 +269,6 @@ def apply(pair, slot, i, v, now):
     return was if changed else NO_AGENT
 
 
-@inner
 def cause_of(pair, i, now):
     """Return why unit i is asked on its own, and about whom; what it waited for is over."""
     other = pair.news[i]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner
 from carom.models.questions.particles import NEVER
 
 MOST_DIAMETERS = 32.0
@@ -15,7 +14,6 @@ The square of a distance r is rounded by ``eps r^2``. The distance at contact is
 """
 
 
-@inner
 def first_contact(c, rv, vv):
     """Return the time until r.r has fallen by c, or NEVER (Lubachevsky 1991, eq. 2).
 
@@ -28,14 +26,12 @@ def first_contact(c, rv, vv):
     return max(t, 0.0) if (rv < 0.0) & (discriminant >= 0.0) else NEVER
 
 
-@inner
 def contact_time_known(c, rv, vv):
     """Return the time until r.r of a pair known to meet has fallen by ``c``, and if it is negative."""
     t = c / (np.sqrt(max(rv * rv - vv * c, 0.0)) - rv)
     return max(t, 0.0), t < 0.0
 
 
-@inner
 def elastic(pair, i, j, rr, approach):
     """Return what an elastic contact of unequal masses adds: the answer of ``jump``.
 
@@ -57,7 +53,6 @@ def elastic(pair, i, j, rr, approach):
     )
 
 
-@inner
 def exit_sphere(c, b, a):
     """Return the later root of ``c + 2 b t + a t^2`` (c <= 0: inside), or now for what leaves already."""
     if c > 0.0 and b > 0.0:

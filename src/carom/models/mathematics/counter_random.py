@@ -8,12 +8,9 @@ from __future__ import annotations
 
 import math
 
-from carom.compiling.registry import inner
-
 WORD = 0xFFFFFFFF  # 32 bits
 
 
-@inner
 def mixed(bits64):
     """Return the hash of 32 bits."""
     state = (bits64 * 747796405 + 2891336453) & WORD
@@ -21,7 +18,6 @@ def mixed(bits64):
     return (state >> 22) ^ state
 
 
-@inner
 def uniform(seed, i, k):
     """Return draw k of particle i from the stream of a ``seed``, in (0, 1], of 52 bits."""
     bits64 = mixed(seed & WORD)
@@ -34,7 +30,6 @@ def uniform(seed, i, k):
     return (float((high >> 6) * 67108864 + (low >> 6)) + 1.0) * 2.0**-52
 
 
-@inner
 def normal(seed, i, k):
     """Return a normal number of the stream of a ``seed`` (Box and Muller).
 

@@ -6,13 +6,10 @@ of magnitude whose products are doubles, and only where the compiler contracts a
 
 from __future__ import annotations
 
-from carom.compiling.registry import inner
-
 SPLITTER = 134217729.0
 """2^27 + 1: it cuts the 53 bits of a double into two halves, whose products are exact."""
 
 
-@inner
 def exact_sum(a, b):
     """Return the rounded sum of two doubles, and what rounding took from it."""
     total = a + b
@@ -20,7 +17,6 @@ def exact_sum(a, b):
     return total, (a - (total - part)) + (b - part)
 
 
-@inner
 def exact_product(a, b):
     """Return the rounded product of two doubles, and what rounding took from it."""
     product = a * b
@@ -33,7 +29,6 @@ def exact_product(a, b):
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@inner
 def with_product(high, low, a, b):
     """Return ``high + low + a b``, in two doubles as well."""
     product, rest = exact_product(a, b)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner, required
+from carom.compiling.registry import answering, required
 from carom.models.mathematics import roots
 from carom.models.mathematics.roots import next_fall
 from carom.models.questions import path
@@ -49,7 +49,6 @@ class Course(NamedTuple):
     period: Annotated[float, parameter(1)]  # after which the path repeats itself
 
 
-@inner
 def first_landing(height, speed, acceleration):
     """Return the first time at which ``height + speed t + acceleration t^2 / 2`` is <= 0 and falling.
 
@@ -67,7 +66,6 @@ def first_landing(height, speed, acceleration):
     return 2.0 * height / (np.sqrt(root) - speed)
 
 
-@inner
 def last_passing(height, speed, acceleration):
     """Return the last time at which ``height + speed t + acceleration t^2 / 2`` is <= 0; negative: past."""
     root = speed * speed - 2.0 * acceleration * height
@@ -79,7 +77,6 @@ def last_passing(height, speed, acceleration):
     return (root - speed) / acceleration if acceleration > 0.0 else -NEVER
 
 
-@inner
 def leaving(x, v, g, low, high):
     """Return the time until ``x + v t + g t^2 / 2`` leaves an interval, and at which end, 0 or 1."""
     up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
@@ -123,7 +120,6 @@ class Lift(NamedTuple):
         return abs(self.acceleration) + abs(self.slant) * self.course.bend
 
 
-@inner
 def time_to_plane(course, start, slant, height, speed, acceleration):
     """Return the time until a component with a height above a plane touches it as it is displaced, or NEVER.
 
@@ -153,7 +149,6 @@ def time_to_plane(course, start, slant, height, speed, acceleration):
     return next_fall(curve, limit) if limit >= 0.0 else NEVER
 
 
-@inner
 def later(curve, t):
     """Return the height above a plane as a function of the time since t."""
     return Lift(
@@ -198,7 +193,6 @@ class Gap(NamedTuple):
         return 2.0 * (speed * speed + distance * force + self.growth * self.growth)
 
 
-@inner
 def gap_at(curve, t):
     """Return r.r, r.v, v.v, and a bound on the magnitude of the relative acceleration."""
     wall_position, rate = place(curve.course.path, curve.start + t), pace(curve.course.path, curve.start + t)
@@ -218,7 +212,6 @@ def gap_at(curve, t):
     return rr, rv, vv, np.sqrt(gg) + curve.course.bend
 
 
-@inner
 def time_near(gap):
     """Return the time from which on a component is out of reach for ever; negative if it never is in reach.
 
@@ -250,20 +243,17 @@ def time_near(gap):
     return course.period if rr <= range_of_wall * range_of_wall else -NEVER
 
 
-@inner
 def first_touch(gap):
     """Return the time until a component touches a ball, or the inside of a container."""
     limit = time_near(gap)
     return next_fall(gap, SURE * limit) if 0.0 <= limit < NEVER else NEVER
 
 
-@inner
 def at_rest(g):
     """Return the course of what does not move."""
     return Course(Still(), g, 0.0, 0.0, 0.0, NEVER)
 
 
-@inner
 def straight_growth(g, along, growth):
     """Return whether a component grows, in no field but along one axis: its contact is a quadratic's root.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import required
 from carom.models.questions.particles import NEVER
 
 WIDER = 4.0  # the next interval over which K is asked for is so many times as long as the last step
@@ -36,7 +36,6 @@ def curvature(curve, start, end):
     """Return a bound on the second derivative's magnitude between two times, finite between finite ones."""
 
 
-@inner
 def next_fall(curve, limit):
     """Return the first time from 0 to a finite ``limit`` at which a curve is <= 0 and falling, or NEVER.
 
@@ -67,7 +66,6 @@ def next_fall(curve, limit):
     return NEVER
 
 
-@inner
 def bracketed(curve, low, high, newton):
     """Return where a function falling from ``low`` to ``high`` is <= 0, but > 0 at the double before."""
     t = low + newton

@@ -14,7 +14,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import positive
 from carom.errors import InputError
 from carom.models.fields import Value
@@ -179,7 +179,6 @@ HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-
 """pi / 2 in two parts: a small multiple of the first is exact."""
 
 
-@inner
 def cosine_and_sine(angle):
     """Return cosine and sine to 1e-16, to angles of 1e5, by arithmetic alone (fdlibm's polynomials)."""
     turns = np.rint(angle * (2.0 / math.pi))
@@ -199,7 +198,6 @@ def cosine_and_sine(angle):
     return (-a if (quarter == 1) | (quarter == 2) else a), (-b if quarter >= 2 else b)
 
 
-@inner
 def speed_of(v):
     """Return the magnitude of the velocity ``v``, (d,)."""
     square = 0.0

@@ -17,7 +17,7 @@ import numpy as np
 
 from carom import checks
 from carom.arithmetic import cosine_and_sine
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.fields import ABOVE, Value
@@ -147,7 +147,6 @@ class Sheared(NamedTuple):
         return v
 
 
-@inner
 def tilt_at(motion, now):
     """Return the tilt at a time of the epoch."""
     return motion.tilt[0] + motion.rate * now

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import Opt, described, number, positive
 from carom.errors import InputError
 from carom.models.fields import Name, Vector, check_dimensions
@@ -162,7 +162,6 @@ class Bow(NamedTuple):
         return (second0 if axis == 0 else second1) / np.sqrt(second_square)
 
 
-@inner
 def _on_arc(bow, x, v, t):
     """Tell whether a component will be beside the arc itself, not beyond its ends, after a time t."""
     along = 0.0
@@ -174,7 +173,6 @@ def _on_arc(bow, x, v, t):
     return along >= bow.cosine_limit * np.sqrt(rr)
 
 
-@inner
 def _into(x0, x1, v0, v1, distance, growth):
     """Return the time until a place that moves comes as near as a distance, which grows, or NEVER."""
     c = x0 * x0 + x1 * x1 - distance * distance
@@ -186,7 +184,6 @@ def _into(x0, x1, v0, v1, distance, growth):
     return max(c / (np.sqrt(discriminant) - b), 0.0)
 
 
-@inner
 def _out_of(x0, x1, v0, v1, distance, growth):
     """Return the time until a place that moves is as far away as a distance, which shrinks, or NEVER."""
     c = x0 * x0 + x1 * x1 - distance * distance

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answers, inner, optional, room_for
+from carom.compiling.instructions import room_for
+from carom.compiling.registry import answers, optional
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
@@ -51,7 +52,6 @@ def away(body, x, axis):
     return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
 
 
-@inner
 def plane_after_plane(body, course, start, g, x, v, radius, growth):
     """Return when a sphere touches a convex body, or NEVER.
 

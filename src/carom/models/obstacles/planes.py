@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import Opt, described, number
 from carom.errors import InputError
 from carom.models.fields import Name, Vector, check_dimensions
@@ -146,7 +146,6 @@ class HalfSpace(NamedTuple):
         return self.normal[axis]
 
 
-@inner
 def _height_above(plane, g, x, v, radius, growth):
     """Return height above a plane, its rate and its acceleration."""
     height = -plane.offset - radius

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner
+from carom.compiling.registry import answering
 from carom.declared import Opt, described, number
 from carom.errors import InputError
 from carom.models.fields import Name, Vector
@@ -84,7 +84,6 @@ class Facet(NamedTuple):
         return self.corner[axis] + a * self.u[axis] + b * self.v[axis]
 
 
-@inner
 def _barycentric(body, x):
     """Return how far along u and v the point of a triangle lies that is closest to x."""
     pu = 0.0

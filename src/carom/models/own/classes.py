@@ -357,10 +357,6 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
             "are not compiled: decorate it, too."
         )
     definition = cls._own
-    for function in definition.methods:
-        for each in called(function)[1:]:
-            if not registry.is_noted(each):
-                registry.inner(each)
     found: dict[str, Any] = dict(definition.constants)
     one_each: set[str] = set()
     for name, meaning in definition.meanings.items():

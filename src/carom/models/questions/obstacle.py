@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
+from carom.compiling.registry import optional, required
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import push, rebound_speed
 
@@ -113,7 +113,6 @@ def anchor(obstacle, axis):
     return 0.0
 
 
-@inner
 def members(crowd):
     """Return how many obstacles a crowd has: one a row of its first array."""
     return len(crowd[0])

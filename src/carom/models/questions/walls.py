@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import optional
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.questions.particles import NEVER
 
 
-@inner
 def soonest_wall(walls, x, v, radius, growth):
     """Return the time until a particle touches a wall of the box, or NEVER, and the number of that wall.
 
@@ -40,7 +39,6 @@ def soonest_wall(walls, x, v, radius, growth):
     return best, number
 
 
-@inner
 def landing_on_wall(walls, g, x, v, radius, growth):
     """Return :func:`soonest_wall` on a parabola: every particle has the acceleration ``g``, d floats."""
     if walls is None:
@@ -61,7 +59,6 @@ def landing_on_wall(walls, g, x, v, radius, growth):
     return best, number
 
 
-@inner
 def wall_normal(walls, number, axis):
     """Return a coordinate of the unit vector from wall ``number`` into the box; 0 if that is no wall."""
     if walls is None:
@@ -71,7 +68,6 @@ def wall_normal(walls, number, axis):
     return 1.0 if number & 1 == 0 else -1.0
 
 
-@inner
 def yields(walls, motion, x, v, radius, growth, t):
     """Return whether a contact with an obstacle after a time ``t`` comes before one with the walls.
 
@@ -80,7 +76,6 @@ def yields(walls, motion, x, v, radius, growth, t):
     return False if walls is None else _comes_before(walls.behind, motion, x, v, radius, growth, t)
 
 
-@inner
 def _comes_before(behind, motion, x, v, radius, growth, t):
     """Return whether a contact after a time ``t`` comes no later than one with the walls that stand back."""
     if behind is None:

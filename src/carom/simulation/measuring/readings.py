@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block, EnergySample, MomentumFlux
-from carom.compiling.compile_errors import comes_from_numba, reason
+from carom.compiling.entry import reason
 from carom.errors import InputError
 from carom.observables.energy import without_potential
 from carom.observables.steps import StepSums

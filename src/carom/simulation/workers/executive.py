@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from carom.compiling.deferred_signals import signals_held
 from carom.engine import constants, cycle
 from carom.engine.build import stripped
 from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
@@ -30,6 +29,7 @@ from carom.engine.domains.logical_process import (
 from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
 from carom.engine.neighbors.prefetch import HUGE
 from carom.simulation.pace import Pace
+from carom.simulation.workers.signals import signals_held
 from carom.simulation.workers.thread_pool import ThreadPool, cores
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 

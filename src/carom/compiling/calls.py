@@ -1,0 +1,517 @@
+"""Calls: functions are written where they are called, cold ones once each; questions find their answers."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from carom.compiling import registry
+from carom.compiling.arrays import Arrays
+from carom.compiling.faults import Untranslatable
+from carom.compiling.language import (
+    BOOL,
+    FLOAT32,
+    FLOAT64,
+    INT64,
+    NONE,
+    OF_CLASS,
+    POINTER,
+    UINT64,
+    Array,
+    Bound,
+    Known,
+    Leaf,
+    Lined,
+    Number,
+    Record,
+    Several,
+    Slot,
+    Type,
+    described,
+)
+from carom.compiling.source import Plan, plan_of
+
+FUNCTIONS: dict[Any, Callable[..., Any]] = {}
+"""What compiled code has in the place of functions of Python, NumPy and this package."""
+
+DEEPEST = 40  # calls of one function within itself
+
+
+class Widened(Exception):
+    """A variable must hold numbers of a wider type than its first value has."""
+
+    def __init__(self, scope: Scope, name: str, kind: Type):
+        self.scope, self.name, self.kind = scope, name, kind
+
+
+class Scope:
+    """What the names of a function stand for while it is written."""
+
+    def __init__(self, plan: Plan, exit: str, wide: dict[str, Type]):
+        self.plan, self.exit, self.wide = plan, exit, wide
+        self.names: dict[str, Any] = {}
+        self.in_slots: set[str] = set()
+        self.returns: list[tuple[str, Any, list[str]]] = []  # block, value, and room for lines before its end
+        self.loops: list[tuple[str, str]] = []  # where break and continue go
+        self.depth = 0  # branches and loops in which the statement at hand is
+
+
+def joined(old: Type, new: Type) -> Type | None:
+    """Return the type of a variable that holds numbers of two types; None if there is none."""
+    if old is new:
+        return old
+    if FLOAT64 in (old, new):
+        return FLOAT64 if old is not FLOAT32 else None
+    if FLOAT32 in (old, new):
+        return None
+    wide = {INT64 if each.signed or each is BOOL else each for each in (old, new)}
+    if UINT64 in wide and INT64 in wide:
+        return UINT64 if old is INT64 else None
+    return UINT64 if wide == {UINT64} else UINT64 if not any(each.signed for each in wide) else INT64
+
+
+class Calls(Arrays):
+    """What calls functions."""
+
+    stack: list[Any]  # functions that are being written
+
+    def statements(self, scope: Scope, body: list[Any]) -> None:
+        """Translate statements."""
+        raise NotImplementedError
+
+    # Variables.
+
+    def slot_for(self, scope: Scope, name: str, value: Any) -> Any:
+        """Return places for a value; what has no number stays as it is."""
+        if isinstance(value, Known | Number) and value.type is not None:
+            kind = scope.wide.get(name, value.type)
+            return Slot(kind, self.alloca(kind.llvm))
+        if isinstance(value, Several):
+            parts = [self.slot_for(scope, f"{name}.{k}", self.get(each)) for k, each in enumerate(value.items)]
+            return Several(value.cls, parts)
+        if isinstance(value, Array):
+            lengths = [self.slot_for(scope, f"{name}.{k}", self.get(n)) for k, n in enumerate(value.lengths)]
+            return Array(value.dtype, Slot(POINTER, self.alloca("ptr")), lengths, value.local)
+        if isinstance(value, Record):
+            return Record(value.dtype, Slot(POINTER, self.alloca("ptr")))
+        return value
+
+    def put(self, scope: Scope, name: str, slot: Any, value: Any) -> None:
+        """Write a value to its places."""
+        value = self.get(value)
+        if isinstance(slot, Slot) and isinstance(value, Known | Number) and value.type is not None:
+            kind = joined(slot.type, value.type)
+            if isinstance(value, Known) and value.type is INT64 and value.value >= 0 and slot.type is UINT64:
+                kind = UINT64
+            if kind is None:
+                raise Untranslatable(
+                    f"{name.partition('.')[0]} was a {slot.type}, and is a {value.type} here: give it another name"
+                )
+            if kind is not slot.type:
+                raise Widened(scope, name, kind)
+            self.emit(f"store {kind.llvm} {self.text(self.cast(value, kind))}, ptr {slot.address}")
+        elif isinstance(slot, Several) and isinstance(value, Several) and _alike(slot, value):
+            for k, (place, part) in enumerate(zip(slot.items, value.items, strict=True)):
+                self.put(scope, f"{name}.{k}", place, part)
+        elif isinstance(slot, Array) and isinstance(value, Array) and _alike(slot, value):
+            self.emit(f"store ptr {self.place(value.data)}, ptr {slot.data.address}")
+            for k, (place, part) in enumerate(zip(slot.lengths, value.lengths, strict=True)):
+                self.put(scope, f"{name}.{k}", place, part)
+        elif isinstance(slot, Record) and isinstance(value, Record) and slot.dtype == value.dtype:
+            self.emit(f"store ptr {self.place(value.address)}, ptr {slot.address.address}")
+        elif not (isinstance(slot, Known) and slot.same(value)) and slot is not value:
+            raise Untranslatable(
+                f"{name.partition('.')[0]} was {described(slot)}, and is {described(value)} here: give it another name"
+            )
+
+    def bind(self, scope: Scope, name: str, value: Any) -> None:
+        """Let a name stand for a value from here on."""
+        value = self.get(value)
+        if name in scope.in_slots:
+            if scope.depth > 0 or _alike(scope.names[name], value):
+                self.put(scope, name, scope.names[name], value)
+                return
+        elif scope.plan.assigned.get(name, 0) == 1 and scope.depth == 0:
+            scope.names[name] = value
+            return
+        before = scope.names.get(name)
+        if before is not None and scope.depth > 0 and not (isinstance(before, Known) and before.same(value)):
+            raise Untranslatable(f"{name} is {described(before)} or {described(value)}: give it another name")
+        if (isinstance(value, Known) and value.type is None) or isinstance(value, Lined | Bound):
+            scope.names[name] = value
+            return
+        slot = self.slot_for(scope, name, value)
+        scope.names[name] = slot
+        scope.in_slots.add(name)
+        self.put(scope, name, slot, value)
+
+    # Values from several blocks.
+
+    def held(self, value: Any, label: str) -> tuple[str, Any, list[str]]:
+        """Go on at a label with a value: what :meth:`merged` takes."""
+        room: list[str] = []
+        self.body.append(room)
+        block = self.block
+        self.jump(label)
+        return block, value, room
+
+    def merged(self, ways: list[tuple[str, Any, list[str]]]) -> Any:
+        """Return the value that comes from one of several blocks."""
+        _, first, _ = ways[0]
+        values = [each for _, each, _ in ways]
+        if len(ways) == 1 or (isinstance(first, Known) and all(first.same(each) for each in values)):
+            return first
+        if all(isinstance(each, Known | Number) and each.type is not None for each in values):
+            return self._merged_numbers(ways)
+        if not all(_alike(first, each) for each in values):
+            other = next(each for each in values if not _alike(first, each))
+            raise Untranslatable(f"this is {described(first)} or {described(other)}: let both be alike")
+
+        def part(at: Callable[[Any], Any]) -> Any:
+            return self.merged([(block, self.get(at(each)), room) for block, each, room in ways])
+
+        def pointer(at: Callable[[Any], Any]) -> Any:
+            if all(at(each) == at(first) for each in values):
+                return at(first)
+            given = ", ".join(f"[ {self.place(at(each))}, %{block} ]" for block, each, _ in ways)
+            return self.op(f"phi ptr {given}")
+
+        if isinstance(first, Several):
+            return Several(first.cls, [part(lambda x, k=k: x.items[k]) for k in range(len(first.items))])
+        if isinstance(first, Record):
+            return Record(first.dtype, pointer(lambda x: x.address))
+        if isinstance(first, Array):
+            data = pointer(lambda x: x.data)
+            lengths = [part(lambda x, k=k: x.lengths[k]) for k in range(len(first.lengths))]
+            return Array(first.dtype, data, lengths, any(each.local for each in values))
+        raise Untranslatable(f"this is {described(first)} or another: let both be alike")
+
+    def _merged_numbers(self, ways: list[tuple[str, Any, list[str]]]) -> Number:
+        kinds = {each.type for _, each, _ in ways}
+        if len(kinds) == 1:
+            (both,) = kinds
+        elif any(each.is_float for each in kinds):
+            both = FLOAT64
+        else:
+            both = INT64 if BOOL in kinds or any(each.signed for each in kinds) else UINT64
+        parts, body = [], self.body
+        for block, value, room in ways:
+            self.body = room
+            parts.append(f"[ {self.text(self.cast(value, both))}, %{block} ]")
+        self.body = body
+        natural = all(isinstance(each, Number) and each.natural for _, each, _ in ways)
+        return Number(both, self.op(f"phi {both.llvm} {', '.join(parts)}"), natural)
+
+    # Functions.
+
+    def call(self, function: Any, arguments: list[Any], named: dict[str, Any]) -> Any:
+        """Return what a function gives for values."""
+        if isinstance(function, Bound):
+            return self._method(function, arguments)
+        if not isinstance(function, Known) or function.type is not None:
+            raise Untranslatable(f"{described(function)} is no function")
+        given = function.value
+        try:
+            special = FUNCTIONS.get(given)
+        except TypeError:
+            special = None
+        if special is not None:
+            try:
+                return special(self, *arguments, **named)
+            except TypeError as error:
+                if "argument" not in str(error):
+                    raise
+                raise Untranslatable(f"{described(function)} does not take these arguments here") from None
+        if isinstance(given, type):
+            return self._made(given, arguments, named)
+        if hasattr(given, "registry"):
+            if not arguments:
+                raise Untranslatable(f"{given.__name__} needs a model")
+            return self.invoke(self.answer(given, arguments[0]), arguments, named, given in registry.COLD)
+        if hasattr(given, "py_func"):
+            return self._foreign(given, [self.number(each) for each in arguments])
+        if not isinstance(given, types.FunctionType):
+            raise Untranslatable(f"{getattr(given, '__name__', given)} is not known here")
+        return self.invoke(given, arguments, named, given in registry.COLD)
+
+    def answer(self, question: Any, model: Any) -> Any:
+        """Return the function that answers a question for a model."""
+        if isinstance(model, Several):
+            kind = model.cls
+        elif isinstance(model, Array):
+            kind = np.ndarray
+        else:
+            kind = type(None) if isinstance(model, Known) and model.value is None else object
+        found = question.dispatch(kind)
+        if found is question.registry[object] and question in registry.REQUIRED:
+            raise Untranslatable(f"{described(model)} has no {question.__name__}: register one")
+        return found
+
+    def _method(self, bound: Bound, arguments: list[Any]) -> Any:
+        if bound.function == "view":
+            target = OF_CLASS.get(arguments[0].value) if len(arguments) == 1 else None
+            if target is None:
+                raise Untranslatable("view takes the type of a number here")
+            return self.viewed(bound.owner, target)
+        if bound.function == "item":
+            return bound.owner
+        return self.invoke(bound.function, [bound.owner, *arguments], {})
+
+    def _made(self, cls: type, arguments: list[Any], named: dict[str, Any]) -> Any:
+        """Return a number of a type, or a tuple."""
+        kind = OF_CLASS.get(cls)
+        if kind is not None:
+            if len(arguments) != 1 or named:
+                raise Untranslatable(f"{cls.__name__} takes one number here")
+            value = self.number(arguments[0])
+            if isinstance(value, Known) and value.type.is_float and not kind.is_float and kind is not BOOL:
+                if not np.isfinite(value.value):
+                    raise Untranslatable(f"{value.value} is no integer")
+            return self.cast(value, kind)
+        if issubclass(cls, tuple):
+            fields = getattr(cls, "_fields", None)
+            if fields is None:
+                if cls is tuple and len(arguments) == 1 and isinstance(arguments[0], Several):
+                    return Several(tuple, arguments[0].items)
+                raise Untranslatable(f"{cls.__name__} is not known here: write (a, b)")
+            items = dict(zip(fields, arguments, strict=False)) | named
+            for name in fields:
+                if name not in items:
+                    if name not in cls._field_defaults:
+                        raise Untranslatable(f"{cls.__name__} needs {name}")
+                    items[name] = Known(cls._field_defaults[name])
+            return Several(cls, [items[name] for name in fields])
+        raise Untranslatable(f"{cls.__name__} is not known here")
+
+    def _foreign(self, function: Any, arguments: list[Any]) -> Any:
+        """Return what a function compiled by Numba gives: its address is a word of the context."""
+        arguments = [each if each.type.is_float else self.wide(each) for each in arguments]
+        kinds = tuple(each.type for each in arguments)
+        place, result = self.module.foreign_function(function, kinds)
+        given = ", ".join(f"{each.type.llvm} {self.text(each)}" for each in arguments)
+        address = self.leaf(Leaf(place, POINTER))
+        raw = self.op(f"call {'i8' if result is BOOL else result.llvm} {address}({given})")
+        return self.truth(Number(OF_CLASS[np.uint8], raw)) if result is BOOL else Number(result, raw)
+
+    def invoke(self, function: Any, arguments: list[Any], named: dict[str, Any], cold: bool = False) -> Any:
+        """Write a function of Python here, or call it where it is cold."""
+        if not isinstance(function, types.FunctionType):
+            raise Untranslatable(f"{getattr(function, '__name__', function)} is not known here")
+        plan = plan_of(function)
+        values = list(arguments)
+        rest = values[len(plan.names) :] if plan.rest else []
+        del values[len(plan.names) if plan.rest else len(values) :]
+        for k, name in enumerate(plan.names[len(values) :], start=len(values)):
+            first = len(plan.names) - len(plan.defaults)
+            if name in named:
+                values.append(named.pop(name))
+            elif k >= first:
+                values.append(Known(plan.defaults[k - first]))
+            else:
+                raise Untranslatable(f"{function.__name__} needs {name}")
+        if named or len(values) > len(plan.names):
+            raise Untranslatable(f"{function.__name__} takes ({', '.join(plan.names)})")
+        if plan.foreign:
+            self.module.reached[function] = None
+        if cold and not plan.rest:
+            return self.call_cold(function, values)
+        return self.inline(plan, values, rest)
+
+    def inline(self, plan: Plan, values: list[Any], rest: list[Any] = []) -> Any:  # noqa: B006 (only read)
+        """Write the body of a function here, and return what it gives."""
+        function = plan.function
+        if self.stack.count(function) >= DEEPEST:
+            raise Untranslatable(f"{function.__name__} calls itself: write a loop")
+        before = self.flags, self.careful
+        self.flags = registry.FLAGS.get(function, self.flags)
+        self.careful = plan.foreign
+        self.stack.append(function)
+        wide: dict[str, Type] = {}
+        while True:
+            mark = (len(self.body), len(self.entry), dict(self.leaves), self.block, self.dead, set(self.targets))
+            mark += (self.open_loops,)
+            scope = Scope(plan, self.label(), wide)
+            try:
+                result = self._written(scope, values, rest)
+                break
+            except Widened as need:
+                if need.scope is not scope or wide.get(need.name) is need.kind:
+                    raise
+                wide[need.name] = need.kind
+                del self.body[mark[0] :], self.entry[mark[1] :]
+                self.leaves, self.block, self.dead, self.targets, self.open_loops = mark[2:]
+        self.flags, self.careful = before
+        self.stack.pop()
+        if self.open_loops and self.careful and isinstance(result, Array) and result.local:
+            raise Untranslatable(f"{function.__name__} makes an array in a loop: give it one to fill")
+        return result
+
+    def _written(self, scope: Scope, values: list[Any], rest: list[Any]) -> Any:
+        plan = scope.plan
+        for name, value in zip(plan.names, values, strict=True):
+            if plan.assigned.get(name):
+                slot = self.slot_for(scope, name, self.get(value))
+                if not isinstance(slot, Known | Lined | Bound):
+                    scope.in_slots.add(name)
+                    scope.names[name] = slot
+                    self.put(scope, name, slot, value)
+                    continue
+            scope.names[name] = value
+        if plan.rest:
+            scope.names[plan.rest] = Several(tuple, rest)
+        self.statements(scope, plan.body)
+        if not self.dead:
+            scope.returns.append(self.held(NONE, scope.exit))
+        if not scope.returns:
+            return NONE  # it never comes back
+        self.start(scope.exit)
+        return self.merged(scope.returns)
+
+    def call_cold(self, function: Any, values: list[Any]) -> Any:
+        """Call a function of its own: numbers and pointers are its parameters, all else is in the context."""
+        values = [self.get(each) for each in values]
+        key = (function, self.flags, *map(_static, values))
+        if key not in self.module.cold:
+            self.module.cold[key] = self._cold(function, values)
+        name, llvm, result, faulty = self.module.cold[key]
+        given = ["ptr %context", *(f"{kind} {text}" for kind, text in self._passed(values))]
+        if llvm == "void":
+            self.emit(f"call void @{name}({', '.join(given)})")
+            whole = ""
+        else:
+            whole = self.op(f"call {llvm} @{name}({', '.join(given)})")
+        if faulty:
+            self.leave_if_failed()
+        taken = 0
+
+        def here(value: Any) -> Any:
+            nonlocal taken
+            if isinstance(value, Number):
+                text = self.op(f"extractvalue {llvm} {whole}, {taken}") if llvm.startswith("{") else whole
+                taken += 1
+                return Number(value.type, text, value.natural)
+            return Several(value.cls, [here(each) for each in value.items]) if isinstance(value, Several) else value
+
+        return here(result)
+
+    def _cold(self, function: Any, values: list[Any]) -> tuple[str, str, Any, bool]:
+        """Write a cold function; return its name, its type, what it gives, and whether it may fail."""
+        name = f"cold{len(self.module.cold)}_{function.__name__}"
+        inside = type(self)(self.module, name)
+        inside.flags, inside.stack = self.flags, [*self.stack]
+        parameters: list[str] = []
+
+        def parameter(llvm: str) -> str:
+            parameters.append(f"{llvm} %p{len(parameters)}")
+            return f"%p{len(parameters) - 1}"
+
+        def within(value: Any) -> Any:
+            if isinstance(value, Number):
+                return type(value)(value.type, parameter(value.type.llvm), value.natural)
+            if isinstance(value, Several):
+                return Several(value.cls, [within(each) for each in value.items])
+            if isinstance(value, Record):
+                return Record(value.dtype, parameter("ptr"))
+            if isinstance(value, Array):
+                data = value.data if isinstance(value.data, Leaf) else parameter("ptr")
+                return Array(value.dtype, data, [within(each) for each in value.lengths], value.local)
+            return value
+
+        result = inside.inline(plan_of(function), [within(each) for each in values])
+        found: list[Number] = []
+
+        def out(value: Any) -> Any:
+            value = inside.get(value)
+            if isinstance(value, Number):
+                found.append(value)
+            elif isinstance(value, Several):
+                return Several(value.cls, [out(each) for each in value.items])
+            elif not isinstance(value, Known):
+                raise Untranslatable(f"{function.__name__} is cold and gives {described(value)}")
+            return value
+
+        result = out(result)
+        kinds = [each.type.llvm for each in found]
+        llvm = "void" if not kinds else kinds[0] if len(kinds) == 1 else "{ " + ", ".join(kinds) + " }"
+        whole = found[0].text if len(found) == 1 else "undef"
+        if len(found) > 1 and not inside.dead:
+            for k, each in enumerate(found):
+                whole = inside.op(f"insertvalue {llvm} {whole}, {each.type.llvm} {each.text}, {k}")
+        if not inside.dead:
+            inside.emit("ret void" if not found else f"ret {llvm} {whole}")
+        inside.finish(llvm, parameters, "internal", "noinline nounwind")
+        return name, llvm, result, inside.faulty
+
+    def _passed(self, values: list[Any]) -> list[tuple[str, str]]:
+        """Return the types and texts of what a cold function is given."""
+        found = []
+        for value in values:
+            if isinstance(value, Number):
+                found.append((value.type.llvm, value.text))
+            elif isinstance(value, Several):
+                found += self._passed(value.items)
+            elif isinstance(value, Record):
+                found.append(("ptr", self.place(value.address)))
+            elif isinstance(value, Array):
+                if not isinstance(value.data, Leaf):
+                    found.append(("ptr", self.place(value.data)))
+                found += self._passed(value.lengths)
+        return found
+
+    def finish(self, llvm: str, parameters: list[str], linkage: str, attributes: str) -> None:
+        """Add the function to its module."""
+        given = ", ".join(["ptr noalias readonly %context", *parameters])
+        lines = [*self.entry, "  br label %start", "start:", *_flat(self.body)]
+        if self.faulty:
+            lines += ["failed:", f"  ret {llvm}" + (" zeroinitializer" if llvm.startswith("{") else " undef") * (llvm != "void")]
+        head = f"define {linkage} {llvm} @{self.name}({given}) {attributes} {{\nentry:\n"
+        self.module.functions.append(head + "\n".join(lines) + "\n}")
+
+
+def _flat(lines: list[Any]) -> list[str]:
+    found = []
+    for each in lines:
+        if isinstance(each, list):
+            found += each
+        else:
+            found.append(each)
+    return found
+
+
+def _alike(a: Any, b: Any) -> bool:
+    """Tell whether two values are of one kind, whatever their numbers."""
+    if isinstance(a, Several) and isinstance(b, Several):
+        same = a.cls is b.cls and len(a.items) == len(b.items)
+        return same and all(_alike(x, y) for x, y in zip(a.items, b.items, strict=True))
+    if isinstance(a, Array) and isinstance(b, Array):
+        return a.dtype == b.dtype and len(a.lengths) == len(b.lengths)
+    if isinstance(a, Record) and isinstance(b, Record):
+        return a.dtype == b.dtype
+    if isinstance(a, Known) and a.type is None:
+        return a.same(b)
+    return all(isinstance(each, Known | Number | Slot | Leaf) and each.type is not None for each in (a, b))
+
+
+def _static(value: Any) -> Any:
+    """Return what of a value a cold function depends on."""
+    if isinstance(value, Known):
+        return "known", repr(value.value) if value.type else id(value.value), value.type
+    if isinstance(value, Number):
+        return type(value), value.type, value.natural
+    if isinstance(value, Leaf):
+        return value
+    if isinstance(value, Record):
+        return "record", value.dtype
+    if isinstance(value, Several):
+        return (value.cls, *map(_static, value.items))
+    if isinstance(value, Array):
+        data = value.data if isinstance(value.data, Leaf) else None
+        return ("array", value.dtype, data, value.local, *map(_static, value.lengths))
+    if isinstance(value, Lined):
+        return "lined", id(value)
+    return id(value)
+
+

@@ -1,0 +1,544 @@
+"""Statements and expressions: the whole of the language, a method for each construct."""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from carom.compiling.arrays import element_type
+from carom.compiling.calls import Calls, Scope, Widened
+from carom.compiling.faults import Untranslatable
+from carom.compiling.language import (
+    BOOL,
+    INT64,
+    NONE,
+    UINT64,
+    Array,
+    Known,
+    Number,
+    Record,
+    Several,
+    described,
+)
+
+UNROLLED = 16
+"""Rounds up to which a loop over known numbers is written out. One over lanes is left to be vectorised."""
+
+INSTEAD = {
+    "Try": "try is not known here: test beforehand",
+    "With": "with is not known here",
+    "ListComp": "a list is not known here: write a loop over an array that is a field or np.zeros(3)",
+    "List": "a list is not known here: write a tuple, or np.array([...])",
+    "Dict": "a dictionary is not known here: write fields, or a tuple",
+    "Set": "a set is not known here: write a tuple",
+    "SetComp": "a set is not known here: write a loop",
+    "DictComp": "a dictionary is not known here: write a loop",
+    "GeneratorExp": "a generator is not known here: write a loop",
+    "JoinedStr": "text is not known here",
+    "Lambda": "a function within a function is not known here: define it outside",
+    "FunctionDef": "a function within a function is not known here: define it outside",
+    "ClassDef": "a class within a function is not known here: define it outside",
+    "Import": "import is not known here: write it at the top of the file",
+    "ImportFrom": "import is not known here: write it at the top of the file",
+    "Global": "global is not known here: write to an array that is a field",
+    "Nonlocal": "nonlocal is not known here: write to an array that is a field",
+    "Yield": "yield is not known here",
+    "Await": "await is not known here",
+    "Delete": "del is not known here: leave it out",
+    "NamedExpr": ":= is not known here: assign before",
+    "Match": "match is not known here: write if",
+    "Starred": "* is known in calls only",
+}
+
+
+class Translator(Calls):
+    """Writes functions of Python as one function of LLVM."""
+
+    def statements(self, scope: Scope, body: list[Any]) -> None:
+        """Translate statements, up to one that ends the block for good."""
+        for each in body:
+            if self.dead:
+                return
+            translate = getattr(self, f"do_{type(each).__name__}", None)
+            try:
+                if translate is None:
+                    raise Untranslatable(INSTEAD.get(type(each).__name__, "this is not known here"))
+                translate(scope, each)
+            except Untranslatable as error:
+                raise error.at(scope.plan.function, scope.plan.path, each.lineno) from error.__cause__
+            except Widened:
+                raise
+            except RecursionError:
+                raise Untranslatable("functions call each other too deeply").at(
+                    scope.plan.function, scope.plan.path, each.lineno
+                ) from None
+            except Exception as error:
+                if not self.careful:
+                    raise
+                raise Untranslatable("this is not known here").at(
+                    scope.plan.function, scope.plan.path, each.lineno
+                ) from error
+
+    def expr(self, scope: Scope, node: Any) -> Any:
+        """Return the value of an expression."""
+        translate = getattr(self, f"of_{type(node).__name__}", None)
+        try:
+            if translate is None:
+                raise Untranslatable(INSTEAD.get(type(node).__name__, "this is not known here"))
+            return self.get(translate(scope, node))
+        except Untranslatable as error:
+            raise error.at(scope.plan.function, scope.plan.path, node.lineno) from error.__cause__
+
+    # Expressions.
+
+    def of_Constant(self, scope: Scope, node: ast.Constant) -> Any:
+        """Return a number, None, or text."""
+        return Known(node.value)
+
+    def of_Name(self, scope: Scope, node: ast.Name) -> Any:
+        """Return what a name stands for."""
+        if node.id in scope.names:
+            return scope.names[node.id]
+        if node.id in scope.plan.assigned:
+            raise Untranslatable(f"{node.id} has no value here")
+        found = Known(scope.plan.lookup(node.id))
+        return self.constant(found) if isinstance(found.value, tuple) else found
+
+    def of_Attribute(self, scope: Scope, node: ast.Attribute) -> Any:
+        """Return what stands after a point."""
+        return self.attribute(self.expr(scope, node.value), node.attr)
+
+    def of_Subscript(self, scope: Scope, node: ast.Subscript) -> Any:
+        """Return an element, a row, or a part of a tuple or an array."""
+        value = self.expr(scope, node.value)
+        if isinstance(node.slice, ast.Slice):
+            return self._cut(scope, value, node.slice)
+        if isinstance(node.slice, ast.Tuple) and any(isinstance(each, ast.Slice) for each in node.slice.elts):
+            raise Untranslatable("a part along several dimensions is not known here: write a loop")
+        return self.item(value, self.expr(scope, node.slice))
+
+    def _cut(self, scope: Scope, value: Any, node: ast.Slice) -> Any:
+        """Return a part of a tuple, or rows of an array."""
+        if isinstance(value, Known):
+            value = self.constant(value)
+        step = self.expr(scope, node.step) if node.step else Known(1)
+        low = self.expr(scope, node.lower) if node.lower else None
+        high = self.expr(scope, node.upper) if node.upper else None
+        if isinstance(value, Several):
+            if not all(each is None or isinstance(each, Known) for each in (low, high, step)):
+                raise Untranslatable("the ends of a part of a tuple must be known while compiling")
+            ends = (each.value if each else None for each in (low, high))
+            return Several(tuple, value.items[slice(*ends, step.value)])
+        if not isinstance(value, Array) or not isinstance(step, Known) or step.value != 1:
+            raise Untranslatable(f"a part of {described(value)} is not known here: write a loop")
+        length = self.get(value.lengths[0])
+        low, high = (
+            given if each is None else self._end(each, length)
+            for each, given in ((low, Known(0)), (high, length))
+        )
+        count = self.binary(ast.Sub, high, low)
+        if not isinstance(count, Known):
+            below = self.op(f"icmp slt i64 {count.text}, 0")
+            count = Number(INT64, self.choose(below, "0", count.text), natural=True)
+        start = low
+        for each in value.lengths[1:]:
+            start = self.binary(ast.Mult, start, each)
+        address = self.element(value, self.cast(start, INT64))
+        return Array(value.dtype, address, [count, *value.lengths[1:]], value.local)
+
+    def _end(self, end: Any, length: Any) -> Any:
+        """Return an end of a part as Python takes it: from the end if negative, and within the array."""
+        end = self.cast(self.integer(end, "an end"), INT64)
+        if isinstance(end, Known) and isinstance(length, Known):
+            return Known(slice(end.value).indices(length.value)[1])
+        length = self.cast(length, INT64)
+        n = self.text(length)
+        below = self.op(f"icmp slt i64 {self.text(end)}, 0")
+        text = self.choose(below, self.text(self.binary(ast.Add, end, length)), self.text(end))
+        text = self.choose(self.op(f"icmp slt i64 {text}, 0"), "0", text)
+        return Number(INT64, self.choose(self.op(f"icmp sgt i64 {text}, {n}"), n, text), natural=True)
+
+    def of_Tuple(self, scope: Scope, node: ast.Tuple) -> Any:
+        """Return a tuple."""
+        return Several(tuple, self._values(scope, node.elts))
+
+    def _values(self, scope: Scope, nodes: list[Any]) -> list[Any]:
+        found = []
+        for each in nodes:
+            if isinstance(each, ast.Starred):
+                several = self.expr(scope, each.value)
+                if not isinstance(several, Several):
+                    raise Untranslatable(f"* needs a tuple, found {described(several)}")
+                found += several.items
+            else:
+                found.append(self.expr(scope, each))
+        return found
+
+    def of_BinOp(self, scope: Scope, node: ast.BinOp) -> Any:
+        """Return the result of an operation."""
+        left = self.expr(scope, node.left)
+        return self.binary(type(node.op), left, self.expr(scope, node.right))
+
+    def of_UnaryOp(self, scope: Scope, node: ast.UnaryOp) -> Any:
+        """Return the result of an operation of one value."""
+        value = self.expr(scope, node.operand)
+        if isinstance(node.op, ast.Not):
+            value = self.truth(value)
+            if isinstance(value, Known):
+                return Known(not value.value)
+            return Number(BOOL, self.op(f"xor i1 {value.text}, true"))
+        if isinstance(node.op, ast.UAdd):
+            return self.wide(value)
+        return self.negative(value) if isinstance(node.op, ast.USub) else self.inverted(value)
+
+    def of_Compare(self, scope: Scope, node: ast.Compare) -> Any:
+        """Return what comparisons give; the second is made only where the first holds."""
+        left = self.expr(scope, node.left)
+        if len(node.ops) == 1:
+            return self.compare(type(node.ops[0]), left, self.expr(scope, node.comparators[0]))
+        held = [left]
+
+        def link(k: int) -> Any:
+            held.append(self.expr(scope, node.comparators[k]))
+            return self.compare(type(node.ops[k]), held[k], held[k + 1])
+
+        return self._decided(True, [lambda k=k: link(k) for k in range(len(node.ops))])
+
+    def of_BoolOp(self, scope: Scope, node: ast.BoolOp) -> Any:
+        """Return what and or or gives, a bool: the second is looked at only where it matters."""
+        ways = [lambda each=each: self.expr(scope, each) for each in node.values]
+        return self._decided(isinstance(node.op, ast.And), ways)
+
+    def _decided(self, is_and: bool, ways: list[Any]) -> Any:
+        """Return whether all hold, or any, asked in turn until that is decided."""
+        incoming: list[tuple[str, str]] = []
+        end = ""
+        for k, each in enumerate(ways):
+            value = self.truth(each())
+            last = k == len(ways) - 1
+            decides = isinstance(value, Known) and bool(value.value) != is_and
+            if isinstance(value, Known) and not decides and not last:
+                continue
+            if last or decides:
+                if not end:
+                    return value
+                incoming.append((self.text(value), self.block))
+                self.jump(end)
+                break
+            end, more = end or self.label(), self.label()
+            incoming.append(("false" if is_and else "true", self.block))
+            self.branch(value.text, more if is_and else end, end if is_and else more)
+            self.start(more)
+        self.start(end)
+        return Number(BOOL, self.op("phi i1 " + ", ".join(f"[ {text}, %{block} ]" for text, block in incoming)))
+
+    def of_IfExp(self, scope: Scope, node: ast.IfExp) -> Any:
+        """Return one of two values."""
+        condition = self.truth(self.expr(scope, node.test))
+        if isinstance(condition, Known):
+            return self.expr(scope, node.body if condition.value else node.orelse)
+        yes, no, end = self.label(), self.label(), self.label()
+        self.branch(condition.text, yes, no)
+        ways = []
+        scope.depth += 1
+        for label, each in ((yes, node.body), (no, node.orelse)):
+            self.start(label)
+            ways.append(self.held(self.expr(scope, each), end))
+        scope.depth -= 1
+        self.start(end)
+        return self.merged(ways)
+
+    def of_Call(self, scope: Scope, node: ast.Call) -> Any:
+        """Return what a function gives."""
+        function = self.expr(scope, node.func)
+        listed = isinstance(function, Known) and getattr(function.value, "__name__", "") == "array"
+        arguments = []
+        for each in node.args:
+            if listed and isinstance(each, ast.List):
+                arguments.append(Several(tuple, self._values(scope, each.elts)))
+            else:
+                arguments += self._values(scope, [each])
+        if any(each.arg is None for each in node.keywords):
+            raise Untranslatable("** is not known here: name the arguments")
+        named = {str(each.arg): self.expr(scope, each.value) for each in node.keywords}
+        return self.call(function, arguments, named)
+
+    # Statements.
+
+    def do_Expr(self, scope: Scope, node: ast.Expr) -> None:
+        """Call a function for what it does."""
+        if not isinstance(node.value, ast.Constant):
+            self.expr(scope, node.value)
+
+    def do_Pass(self, scope: Scope, node: ast.Pass) -> None:
+        """Do nothing."""
+
+    def do_Return(self, scope: Scope, node: ast.Return) -> None:
+        """Leave the function."""
+        value = NONE if node.value is None else self.expr(scope, node.value)
+        scope.returns.append(self.held(value, scope.exit))
+
+    def do_Raise(self, scope: Scope, node: ast.Raise) -> None:
+        """Leave all functions; the caller raises what is written here."""
+        error, words = node.exc, ""
+        if isinstance(error, ast.Call):
+            if error.args:
+                told = error.args[0]
+                words = told.value if isinstance(told, ast.Constant) else ast.unparse(told).strip("f'\"")
+            error = error.func
+        name = ast.unparse(error).rpartition(".")[2] if error is not None else "RuntimeError"
+        self.fail(f"{name}: {words}".replace("{", "(").replace("}", ")"))
+
+    def do_Assert(self, scope: Scope, node: ast.Assert) -> None:
+        """Leave all functions unless something holds."""
+        held = self.truth(self.expr(scope, node.test))
+        words = ast.unparse(node.msg).strip("f'\"") if node.msg else ast.unparse(node.test)
+        failed = self.op(f"xor i1 {self.text(held)}, true")
+        self.fail_if(failed, f"AssertionError: {words}".replace("{", "(").replace("}", ")"))
+
+    def do_Assign(self, scope: Scope, node: ast.Assign) -> None:
+        """Give names, fields and elements a value."""
+        value = self.expr(scope, node.value)
+        for each in node.targets:
+            self.assign(scope, each, value)
+
+    def do_AnnAssign(self, scope: Scope, node: ast.AnnAssign) -> None:
+        """Do the same; the annotation is for readers."""
+        if node.value is not None:
+            self.assign(scope, node.target, self.expr(scope, node.value))
+
+    def assign(self, scope: Scope, target: Any, value: Any) -> None:
+        """Give a target a value."""
+        if isinstance(target, ast.Tuple | ast.List):
+            if isinstance(value, Known):
+                value = self.constant(value)
+            if isinstance(value, Array) and isinstance(self.get(value.lengths[0]), Known):
+                value = Several(tuple, [self.item(value, Known(k)) for k in range(value.lengths[0].value)])
+            if not isinstance(value, Several) or len(value.items) != len(target.elts):
+                raise Untranslatable(f"{len(target.elts)} names for {described(value)}")
+            for each, part in zip(target.elts, value.items, strict=True):
+                self.assign(scope, each, part)
+        elif isinstance(target, ast.Name):
+            self.bind(scope, target.id, value)
+        elif isinstance(target, ast.Attribute):
+            kind, address = self._field(scope, target)
+            self.store(kind, value, address)
+        elif isinstance(target, ast.Subscript):
+            self._assign_item(scope, target, value, None)
+        else:
+            raise Untranslatable("this cannot be assigned to")
+
+    def _field(self, scope: Scope, node: ast.Attribute) -> tuple[Any, str]:
+        """Return the type and the address of a field to write."""
+        record = self.expr(scope, node.value)
+        if not isinstance(record, Record):
+            raise Untranslatable(
+                f"a field of {described(record)} cannot be written: let it be an array, and write its element"
+            )
+        kind, address = self.field(record, node.attr)
+        return element_type(kind), address
+
+    def _assign_item(self, scope: Scope, node: ast.Subscript, value: Any, operation: type | None) -> None:
+        """Write to an element, or to all that are in brackets; with an operation, what that gives."""
+        array = self.expr(scope, node.value)
+        if not isinstance(array, Array):
+            raise Untranslatable(f"{described(array)} cannot be written to: let it be an array")
+        if array.dtype.names:
+            raise Untranslatable("a record is written field by field")
+        kind = element_type(array.dtype)
+        parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        cuts = [k for k, each in enumerate(parts) if isinstance(each, ast.Slice)]
+        if not cuts:
+            index = [self.expr(scope, each) for each in parts]
+            if len(index) == 1 and isinstance(index[0], Several):
+                index = index[0].items
+            if len(index) < len(array.lengths):
+                return self._assign_all(self.item(array, Several(tuple, index)), value, operation)
+            address = self.address(array, index)
+            self.store(kind, value if operation is None else self._changed(kind, address, operation, value), address)
+            return None
+        if len(parts) == 1:
+            return self._assign_all(self._cut(scope, array, parts[0]), value, operation)
+        if len(cuts) > 1 or len(parts) != len(array.lengths) or isinstance(value, Array | Several):
+            raise Untranslatable("these parts of an array are not known here: write a loop")
+        cut = parts[cuts[0]]
+        given = [None if isinstance(each, ast.Slice) else self.expr(scope, each) for each in parts]
+        length = self.get(array.lengths[cuts[0]])
+        low = self._end(self.expr(scope, cut.lower), length) if cut.lower else Known(0)
+        high = self._end(self.expr(scope, cut.upper), length) if cut.upper else length
+
+        def one(k: Any) -> None:
+            address = self.address(array, [k if each is None else each for each in given])
+            self.store(kind, value if operation is None else self._changed(kind, address, operation, value), address)
+
+        return self.count_up(low, self.cast(high, INT64), Known(1), one)
+
+    def _changed(self, kind: Any, address: str, operation: type, value: Any) -> Any:
+        return self.binary(operation, self.load(kind, address), value)
+
+    def _assign_all(self, array: Array, value: Any, operation: type | None) -> None:
+        """Write to all elements of an array."""
+        if operation is None:
+            return self.fill(array, value)
+        kind = element_type(array.dtype)
+
+        def one(k: Any) -> None:
+            address = self.element(array, k)
+            each = self.read(value, self.element(value, k)) if isinstance(value, Array) else value
+            self.store(kind, self._changed(kind, address, operation, each), address)
+
+        return self.count_up(Known(0), self.total(array), Known(1), one)
+
+    def do_AugAssign(self, scope: Scope, node: ast.AugAssign) -> None:
+        """Change a name, a field or elements by an operation."""
+        target, kind = node.target, type(node.op)
+        if isinstance(target, ast.Name):
+            before = self.of_Name(scope, target)
+            if isinstance(self.get(before), Array):
+                return self._assign_all(self.get(before), self.expr(scope, node.value), kind)
+            self.bind(scope, target.id, self.binary(kind, before, self.expr(scope, node.value)))
+        elif isinstance(target, ast.Attribute):
+            field, address = self._field(scope, target)
+            self.store(field, self._changed(field, address, kind, self.expr(scope, node.value)), address)
+        else:
+            self._assign_item(scope, target, self.expr(scope, node.value), kind)
+        return None
+
+    def do_If(self, scope: Scope, node: ast.If) -> None:
+        """Translate the branch that is taken, or both."""
+        condition = self.truth(self.expr(scope, node.test))
+        if isinstance(condition, Known):
+            return self.statements(scope, node.body if condition.value else node.orelse)
+        yes, no, end = self.label(), self.label(), self.label()
+        self.branch(condition.text, yes, no)
+        scope.depth += 1
+        for label, body in ((yes, node.body), (no, node.orelse)):
+            self.start(label)
+            self.statements(scope, body)
+            self.jump(end)
+        scope.depth -= 1
+        if end in self.targets:
+            self.start(end)
+        return None
+
+    def do_While(self, scope: Scope, node: ast.While) -> None:
+        """Translate a loop with a condition."""
+        top, inside, otherwise, end = self.label(), self.label(), self.label(), self.label()
+        self.jump(top)
+        self.start(top)
+        scope.depth += 1
+        condition = self.truth(self.expr(scope, node.test))
+        if isinstance(condition, Known):
+            self.jump(inside if condition.value else otherwise)
+        else:
+            self.branch(condition.text, inside, otherwise)
+        if inside in self.targets:
+            self.start(inside)
+            scope.loops.append((end, top))
+            self.open_loops += 1
+            self.statements(scope, node.body)
+            self.open_loops -= 1
+            scope.loops.pop()
+            self.jump(top)
+        if otherwise in self.targets:
+            self.start(otherwise)
+            self.statements(scope, node.orelse)
+            self.jump(end)
+        scope.depth -= 1
+        if end in self.targets:
+            self.start(end)
+
+    def do_Break(self, scope: Scope, node: ast.Break) -> None:
+        """Leave a loop."""
+        self.jump(scope.loops[-1][0])
+
+    def do_Continue(self, scope: Scope, node: ast.Continue) -> None:
+        """Go on with the next round."""
+        self.jump(scope.loops[-1][1])
+
+    def do_For(self, scope: Scope, node: ast.For) -> None:
+        """Translate a loop over a range, the parts of a tuple, or the elements of an array."""
+        end, leaves = self.label(), _leaves(node.body)
+        given = node.iter
+        if isinstance(given, ast.Call) and isinstance(given.func, ast.Name) and given.func.id == "range":
+            if not given.args or len(given.args) > 3 or given.keywords:
+                raise Untranslatable("range takes one to three numbers")
+            ends = [self.integer(each, "the end of a range") for each in self._values(scope, given.args)]
+            if len(ends) == 1:
+                ends.insert(0, Known(0, UINT64 if ends[0].type is UINT64 else INT64))
+            start, stop, step = ends if len(ends) == 3 else (*ends, Known(1))
+            known = all(isinstance(each, Known) for each in (start, stop, step))
+            rounds = range(start.value, stop.value, step.value) if known and step.value else range(UNROLLED + 1)
+            few = len(rounds) <= UNROLLED and not _is_over_lanes(node)
+            if known and step.value and few:
+                kind = UINT64 if UINT64 is start.type is stop.type else INT64
+                self._written_out(scope, node, [Known(k, kind) for k in rounds], end, leaves)
+            else:
+                self._counted(scope, node, start, stop, step, end, lambda k: k)
+        else:
+            value = self.expr(scope, given)
+            if isinstance(value, Known):
+                value = self.constant(value)
+            if isinstance(value, Several):
+                self._written_out(scope, node, value.items, end, leaves)
+            elif isinstance(value, Array):
+                count = self.cast(self.length(value), INT64)
+                self._counted(scope, node, Known(0), count, Known(1), end, lambda k: self.item(value, k))
+            else:
+                raise Untranslatable(f"a loop over {described(value)} is not known here: write range(...)")
+        if not self.dead:
+            self.statements(scope, node.orelse)
+            self.jump(end)
+        if end in self.targets:
+            self.start(end)
+
+    def _written_out(self, scope: Scope, node: ast.For, values: list[Any], end: str, leaves: bool) -> None:
+        """Write the body of a loop once for each value."""
+        scope.depth += leaves
+        for each in values:
+            again = self.label()
+            self._bind_each(scope, node.target, each)
+            scope.loops.append((end, again))
+            self.statements(scope, node.body)
+            scope.loops.pop()
+            self.jump(again)
+            if again not in self.targets:
+                break
+            self.start(again)
+        scope.depth -= leaves
+
+    def _bind_each(self, scope: Scope, target: Any, value: Any) -> None:
+        """Let the target of a loop stand for a value: one that only counts needs no place."""
+        if isinstance(target, ast.Name) and target.id in scope.plan.counters:
+            scope.names[target.id] = self.get(value)
+            return
+        if isinstance(target, ast.Tuple) and isinstance(self.get(value), Several):
+            for name, part in zip(target.elts, self.get(value).items, strict=True):
+                self._bind_each(scope, name, part)
+            return
+        self.assign(scope, target, value)
+
+    def _counted(self, scope: Scope, node: ast.For, start: Any, stop: Any, step: Any, end: str, each: Any) -> None:
+        """Translate a loop that is counted while it runs."""
+        again = self.label()
+        scope.depth += 1
+
+        def body(k: Any) -> None:
+            self._bind_each(scope, node.target, each(k))
+            scope.loops.append((end, again))
+            self.statements(scope, node.body)
+            scope.loops.pop()
+
+        self.count_up(start, stop, step, body, again)
+        scope.depth -= 1
+
+
+def _leaves(body: list[Any]) -> bool:
+    """Tell whether a loop may be left, or a round cut short."""
+    return any(isinstance(each, ast.Break | ast.Continue) for part in body for each in ast.walk(part))
+
+
+def _is_over_lanes(node: ast.For) -> bool:
+    """Tell whether a loop is over the lanes of a register."""
+    named = any(isinstance(each, ast.Name) and each.id == "LANES" for each in ast.walk(node.iter))
+    return named or (isinstance(node.target, ast.Name) and node.target.id == "_")

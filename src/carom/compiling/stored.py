@@ -1,0 +1,240 @@
+"""Machine code kept on disk, and used again only where nothing that it was made of has changed.
+
+A file has the SHA-256 of what follows it, a line of facts, and the code. Its name follows from the types of
+the arguments, the processor, the versions of Python and LLVM, the sources of this package, and all that is
+read of the user's models. What cannot be followed is compiled in every process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import hashlib
+import json
+import os
+import sys
+import types
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import filelock
+import llvmlite
+import numpy as np
+
+from carom.compiling import entry, machine, registry
+
+CHECKED = hashlib.sha256().digest_size
+"""Bytes at the beginning of a file: the SHA-256 of the others."""
+
+PATIENCE = 600.0
+"""Seconds for which a process waits for another that compiles the same. The lock of one that is killed ends
+with it; nobody waits longer for one that is stopped, or whose drive keeps its lock."""
+
+ROOMS = ("compiling", "engine", "models", "observables")
+"""Rooms of this package whose functions are compiled."""
+
+KNOWN_BY_VERSION = sys.stdlib_module_names | {"numpy", "numba", "llvmlite", "scipy"}
+
+
+class Unknown(Exception):
+    """Something that compiled code may be made of, and that cannot be followed."""
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Return the SHA-256 of the sources of this package."""
+    found = hashlib.sha256()
+    package = Path(__file__).parents[1]
+    for room in ROOMS:
+        for path in sorted((package / room).rglob("*.py")):
+            found.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def folders() -> list[Path]:
+    """Return where code may be kept, the best place first."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        return [Path(given) / "carom"]
+    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
+    return [Path(__file__).parents[1] / "__pycache__" / "compiled", Path(home) / "carom"]
+
+
+class Shelf:
+    """The place of one entry point for arguments of some types."""
+
+    def __init__(self, function: Any, kind: list[Any], classes: list[type]):
+        said = [f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind]
+        self.entry = function.__name__
+        versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), entry.CHECKED)
+        self.kind = entry.digest(function.__module__, said, versions)
+        self.walk: Walk | None = Walk()
+        origins = sources()
+        try:
+            if not registry.is_ours(function.__module__):
+                self.walk.visit(function)
+            self.walk.visit_classes(classes)
+            origins += self.walk.found.hexdigest()
+        except (Unknown, RecursionError):
+            self.walk = None
+        self.name = f"{self.entry}_{entry.digest(self.kind, origins, self.walk is None and id(self))}"
+        self.file = f"{self.entry}-{self.kind}.{entry.digest(origins)}.o"
+
+    def read(self) -> tuple[dict[str, Any], bytes] | None:
+        """Return the facts and the code; None where there are none, or none that are whole."""
+        for folder in folders() if self.walk else ():
+            with contextlib.suppress(OSError, ValueError, KeyError):  # not there, or damaged: compiled again
+                content = (folder / self.file).read_bytes()
+                if hashlib.sha256(content[CHECKED:]).digest() == content[:CHECKED]:
+                    facts, _, code = content[CHECKED:].partition(b"\n")
+                    return json.loads(facts), code
+        return None
+
+    def write(self, facts: dict[str, Any], code: bytes, reached: list[Any]) -> None:
+        """Keep code, in the place of what was compiled of other sources."""
+        if self.walk is None or any(each not in self.walk.functions for each in reached):
+            return
+        content = json.dumps(facts).encode() + b"\n" + code
+        for folder in folders():
+            with contextlib.suppress(OSError):  # read-only, or full: that is no reason to stop
+                folder.mkdir(parents=True, exist_ok=True)
+                made = folder / f"{self.file}.{os.getpid()}"
+                try:
+                    made.write_bytes(hashlib.sha256(content).digest() + content)
+                    made.replace(folder / self.file)
+                finally:
+                    made.unlink(missing_ok=True)
+                for old in folder.glob(f"{self.entry}-{self.kind}.*.o"):
+                    if old.name != self.file:
+                        old.unlink(missing_ok=True)
+                return
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Let one process at a time compile this; the others find it on disk then."""
+        lock = None
+        for folder in folders() if self.walk else ():
+            if (folder / self.file).exists():
+                break
+            with contextlib.suppress(OSError, NotImplementedError):  # nothing can be written, or no locks there
+                folder.mkdir(parents=True, exist_ok=True)
+                lock = filelock.FileLock(folder / f"{self.entry}-{self.kind}.lock", thread_local=False)
+                lock.acquire(PATIENCE)  # a Timeout is an OSError
+                break
+        try:
+            yield
+        finally:
+            if lock is not None:
+                lock.release()
+
+
+class Walk:
+    """Follows what is read of the user's functions and classes, each thing once."""
+
+    def __init__(self) -> None:
+        self.found = hashlib.sha256()
+        self.functions: dict[Any, None] = {}
+
+    def add(self, *words: Any) -> None:
+        """Add words to the digest."""
+        self.found.update(repr(words).encode())
+
+    def visit_classes(self, classes: list[type]) -> None:
+        """Note the classes of models that are not Carom's, and the answers of all that are not Carom's."""
+        for cls in dict.fromkeys(classes):
+            if not registry.is_ours(cls.__module__):
+                self.add(cls.__qualname__, getattr(cls, "_fields", ()), getattr(cls, "lanes", ()))
+                self.visit(getattr(cls, "_field_defaults", {}))
+            for question in registry.QUESTIONS:
+                for base in cls.__mro__[:-1]:
+                    answer = question.registry.get(base)
+                    if answer is not None and not _is_by_name(answer):
+                        self.add(question.__qualname__, base.__qualname__)
+                        self.visit(answer)
+
+    def visit(self, value: Any) -> None:
+        """Note anything that compiled code may read."""
+        if isinstance(value, enum.Enum):
+            value = value.value
+        if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | np.dtype):
+            self.add(type(value).__name__, value)
+        elif isinstance(value, tuple | list):
+            self.add(type(value).__qualname__, len(value))
+            for each in value:
+                self.visit(each)
+        elif isinstance(value, dict | types.MappingProxyType):
+            for key, each in value.items():
+                self.add(key)
+                self.visit(each)
+        elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
+            self.add(value.dtype.descr, value.shape, value.tobytes())
+        elif isinstance(value, types.FunctionType):
+            self.visit_function(value)
+        elif isinstance(value, types.ModuleType | types.BuiltinFunctionType | np.ufunc):
+            self.add(value.__name__)
+        elif isinstance(value, type):
+            self.visit_class(value)
+        elif hasattr(value, "registry") and value in registry.QUESTIONS:
+            self.add(value.__qualname__)
+        else:
+            raise Unknown(value)
+
+    def visit_class(self, cls: type) -> None:
+        """Note a class that a function names."""
+        self.add(cls.__module__, cls.__qualname__)
+        if not _known(cls.__module__):
+            if issubclass(cls, tuple) and hasattr(cls, "_fields"):
+                self.add(cls._fields)
+                self.visit(cls._field_defaults)  # type: ignore[attr-defined]
+            elif not issubclass(cls, BaseException | enum.Enum):
+                raise Unknown(cls)
+
+    def visit_function(self, function: Any) -> None:
+        """Note a function, and all that it reads."""
+        self.add(function.__qualname__)
+        if _is_by_name(function) or function in self.functions:
+            return
+        self.functions[function] = None
+        self.add(registry.FLAGS.get(function))
+        self.visit(function.__defaults__)
+        for cell in function.__closure__ or ():
+            try:
+                self.visit(cell.cell_contents)
+            except ValueError:
+                raise Unknown(function) from None
+        self.visit_code(function.__code__, function.__globals__)
+
+    def visit_code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
+        """Note the code of a function, and what its names stand for."""
+        self.add(code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_argcount, code.co_flags)
+        for constant in code.co_consts:
+            if not isinstance(constant, types.CodeType | frozenset):
+                self.visit(constant)
+        for name in code.co_names:
+            if name not in scope:
+                continue
+            value = scope[name]
+            if isinstance(value, types.ModuleType) and not _known(value.__name__):
+                for part in code.co_names:
+                    if hasattr(value, part):
+                        self.visit(getattr(value, part))
+            else:
+                self.visit(value)
+
+
+def _known(module: str | None) -> bool:
+    """Tell whether the code of a module is known by its version, or by this package's sources."""
+    return registry.is_ours(module) or (module or "").partition(".")[0] in KNOWN_BY_VERSION
+
+
+def _is_by_name(function: Any) -> bool:
+    """Tell whether a function is known by its name: one of this package that is found under it."""
+    scope = getattr(function, "__globals__", {})
+    if not _known(scope.get("__name__")):
+        return False
+    found: Any = sys.modules.get(function.__module__)
+    for name in function.__qualname__.split("."):
+        found = getattr(found, name, None)
+    return getattr(found, "__code__", None) is function.__code__ and function.__closure__ is None
