@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from carom import studies
-from carom.cli import compile, files, info, measure, pack, plan, run, study
+from carom.cli import files, info, measure, pack, plan, run, study
 from carom.cli.meant import Command, Group
 from carom.cli.trouble import started
 from carom.studies.accuracy.spec import TradeSpec
@@ -53,7 +53,7 @@ def _carom(
 
 
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
-    "Start": {"init": files.init, "info": info.info, "compile": compile.compile_},
+    "Start": {"init": files.init, "info": info.info},
     "Simulate": {
         "run": run.run, "pack": pack.pack,
         "code": study.command_of("code", CodeSpec, lambda: studies.Codes), "resume": run.resume,

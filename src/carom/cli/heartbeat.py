@@ -8,7 +8,6 @@ import threading
 import time
 from collections.abc import Iterator
 
-from carom.compiling.compile_listeners import under_way
 from carom.notebook import LEAST
 from carom.texts import visible
 
@@ -60,7 +59,7 @@ class Heartbeat:
     def _beat(self) -> None:
         while not self._end.wait(EVERY):
             passed = time.monotonic() - self._began
-            say(f"{passed:.0f} s: {'Compiling' if under_way() else self.state}")
+            say(f"{passed:.0f} s: {self.state}")
 
     @contextlib.contextmanager
     def beating(self) -> Iterator[Heartbeat]:

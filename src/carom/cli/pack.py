@@ -46,7 +46,6 @@ def pack(
     carom pack --n 27 --dimension 2 --rate 0.01 --collisions 100000 --out billiard
     carom pack --n 1000 --dimension 2 --rate 1e-3 --seeds 8 --report --out several
     """
-    from carom.cli.compiling import compiling_told
     from carom.cli.results import show
     from carom.cli.screen import watched
     from carom.errors import InputError
@@ -69,7 +68,7 @@ def pack(
         )
     if go_on and overwrite:
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
-    with watched() as progress, compiling_told():
+    with watched() as progress:
         progress(0.0, "Preparing")
         found = packed(asked, start, out, overwrite, go_on, progress)
     show(found, out, as_json=as_json)

@@ -56,13 +56,12 @@ def plan(
     carom plan -t "D(1)=0.01" --eta 0.3 --species 0.5:1 --species 0.5:1.4:2
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
-    from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
     from carom.paths import writing
     from carom.studies.planner.plan import NAME
 
     folder = FOLDER if run and out is None else out
-    with watched() as progress, compiling_told():
+    with watched() as progress:
         from carom.studies.planner import plan as planner
 
         kinds = tables_of("--species", *FORMS)(species) if species else None
@@ -89,7 +88,7 @@ def plan(
         if as_json:
             print(json.dumps(found.to_dict(), indent=2, allow_nan=False))
         return
-    with watched() as progress, compiling_told():
+    with watched() as progress:
         outcome = found.run(out=folder, progress=progress)
     from carom.cli.results import show
 

@@ -68,7 +68,6 @@ def run(
     carom run start.data --diameter 0.9 --out melt
     carom run battle.toml --trust-code
     """
-    from carom.cli.compiling import compiling_told
     from carom.cli.results import show
     from carom.cli.screen import predicted, watched
     from carom.errors import InputError
@@ -96,7 +95,7 @@ def run(
         )
         typer.echo(visible(found, lines=True))
         return
-    with watched() as progress, compiling_told():
+    with watched() as progress:
         from carom.studies.runs.execution import go_on as continued, run as carry_out
 
         how: dict[str, Any] = {"progress": progress, "predicted": predicted, "cores": number_of(cores)}
@@ -127,7 +126,6 @@ def resume(
     carom resume carom-run
     carom resume fluid --json
     """
-    from carom.cli.compiling import compiling_told
     from carom.cli.results import show
     from carom.cli.screen import predicted, watched
     from carom.cli.study import carry_out
@@ -141,6 +139,6 @@ def resume(
         carry_out(study, folder, executor=None, cores=cores, report=report, pictures=True, as_json=as_json)
         return
     how: dict[str, Any] = {"cores": number_of(cores), "trust_code": trust_code}
-    with watched() as progress, compiling_told():
+    with watched() as progress:
         found = go_on(folder, progress=progress, predicted=predicted, **how)
     show(found, folder, as_json=as_json)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from carom.cli.heartbeat import quiet, say
-from carom.compiling.compile_listeners import under_way
 
 if TYPE_CHECKING:
     from rich.progress import ProgressColumn
@@ -29,15 +28,9 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
-    from rich.text import Text
-
-    class Stage(TextColumn):
-        def render(self, task: Any) -> Text:
-            text = super().render(task)
-            return Text("Compiling".ljust(len(text))) if under_way() else text
 
     return (
-        Stage(description, markup=False),
+        TextColumn(description, markup=False),
         BarColumn(),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),

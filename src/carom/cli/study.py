@@ -79,7 +79,6 @@ def carry_out(
     as_json: bool,
 ) -> None:
     """Run a study in a folder, print and write its results, and exit with its code."""
-    from carom.cli.compiling import compiling_told
     from carom.studies.signals import Interrupted
 
     def tell(known: Study[Any]) -> None:
@@ -90,7 +89,7 @@ def carry_out(
     described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
     try:
-        with watched(study.first) as (bar, look), compiling_told():
+        with watched(study.first) as (bar, look):
 
             def progress(fraction: float, text: str) -> None:
                 described()  # before the first task, and after the folder was found to be free

@@ -312,7 +312,11 @@ class Arithmetic:
 
     def _folded(self, kind: type, fold: Any, a: Known, b: Known) -> Known | None:
         """Return the result of two known numbers; None where Python has no answer, or one that is too long."""
-        if kind in (ast.LShift, ast.Pow) and not (a.type.is_float or b.type.is_float) and b.value not in range(64):
+        if (
+            kind in (ast.LShift, ast.Pow)
+            and not (a.type.is_float or b.type.is_float)
+            and b.value not in range(64)
+        ):
             return None
         try:
             value = fold(a.value, b.value)
@@ -372,7 +376,9 @@ class Arithmetic:
         """Return the floor of a quotient of floats, or what is left, as Python computes them."""
         x, y = self.text(a), self.text(b)
         rest = self.op(f"frem double {x}, {y}")
-        crossed = self.op(f"xor i1 {self.op(f'fcmp olt double {y}, 0.0')}, {self.op(f'fcmp olt double {rest}, 0.0')}")
+        crossed = self.op(
+            f"xor i1 {self.op(f'fcmp olt double {y}, 0.0')}, {self.op(f'fcmp olt double {rest}, 0.0')}"
+        )
         nonzero = self.op(f"fcmp une double {rest}, 0.0")
         moved = self.op(f"and i1 {nonzero}, {crossed}")
         signed_zero = self.call_external("llvm.copysign.f64", FLOAT64, [Known(0.0), Number(FLOAT64, y)]).text
@@ -405,7 +411,9 @@ class Arithmetic:
                     factor = self.binary(ast.Mult, factor, factor)
             return product if b.value > 0 else self.binary(ast.Div, Known(1.0), product)
         if not (a.type.is_float or b.type.is_float):
-            raise Untranslatable("a power of integers needs a float, or a known exponent: write float(...) ** ...")
+            raise Untranslatable(
+                "a power of integers needs a float, or a known exponent: write float(...) ** ..."
+            )
         x, y = self.cast(a, FLOAT64), self.cast(self.wide(b), FLOAT64)
         return self.call_external("llvm.pow.f64", FLOAT64, [x, y])
 

@@ -173,7 +173,9 @@ class Arrays(Arithmetic):
     def _chosen(self, items: list[Any], index: Any) -> Any:
         """Return one of several values, all of one kind: models that are alike lie at equal distances."""
         first = items[0]
-        if isinstance(first, Leaf) and all(isinstance(each, Leaf) and each.type is first.type for each in items):
+        if isinstance(first, Leaf) and all(
+            isinstance(each, Leaf) and each.type is first.type for each in items
+        ):
             stride = items[-1].place - items[-2].place if len(items) > 1 else 1
             if all(each.place == first.place + k * stride for k, each in enumerate(items)):
                 word = self.binary(ast.Add, self.binary(ast.Mult, index, Known(stride)), Known(first.place))

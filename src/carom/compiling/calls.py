@@ -90,7 +90,9 @@ class Calls(Arrays):
             kind = scope.wide.get(name, value.type)
             return Slot(kind, self.alloca(kind.llvm))
         if isinstance(value, Several):
-            parts = [self.slot_for(scope, f"{name}.{k}", self.get(each)) for k, each in enumerate(value.items)]
+            parts = [
+                self.slot_for(scope, f"{name}.{k}", self.get(each)) for k, each in enumerate(value.items)
+            ]
             return Several(value.cls, parts)
         if isinstance(value, Array):
             lengths = [self.slot_for(scope, f"{name}.{k}", self.get(n)) for k, n in enumerate(value.lengths)]
@@ -331,7 +333,14 @@ class Calls(Arrays):
         self.stack.append(function)
         wide: dict[str, Type] = {}
         while True:
-            mark = (len(self.body), len(self.entry), dict(self.leaves), self.block, self.dead, set(self.targets))
+            mark = (
+                len(self.body),
+                len(self.entry),
+                dict(self.leaves),
+                self.block,
+                self.dead,
+                set(self.targets),
+            )
             mark += (self.open_loops,)
             scope = Scope(plan, self.label(), wide)
             try:
@@ -393,7 +402,11 @@ class Calls(Arrays):
                 text = self.op(f"extractvalue {llvm} {whole}, {taken}") if llvm.startswith("{") else whole
                 taken += 1
                 return Number(value.type, text, value.natural)
-            return Several(value.cls, [here(each) for each in value.items]) if isinstance(value, Several) else value
+            return (
+                Several(value.cls, [here(each) for each in value.items])
+                if isinstance(value, Several)
+                else value
+            )
 
         return here(result)
 
@@ -466,7 +479,11 @@ class Calls(Arrays):
         given = ", ".join(["ptr noalias readonly %context", *parameters])
         lines = [*self.entry, "  br label %start", "start:", *_flat(self.body)]
         if self.faulty:
-            lines += ["failed:", f"  ret {llvm}" + (" zeroinitializer" if llvm.startswith("{") else " undef") * (llvm != "void")]
+            lines += [
+                "failed:",
+                f"  ret {llvm}"
+                + (" zeroinitializer" if llvm.startswith("{") else " undef") * (llvm != "void"),
+            ]
         head = f"define {linkage} {llvm} @{self.name}({given}) {attributes} {{\nentry:\n"
         self.module.functions.append(head + "\n".join(lines) + "\n}")
 
@@ -513,5 +530,3 @@ def _static(value: Any) -> Any:
     if isinstance(value, Lined):
         return "lined", id(value)
     return id(value)
-
-

@@ -27,6 +27,7 @@ from carom.compiling.language import (
 
 FAULT_WORDS = 3  # before the answers: what failed, and two numbers that are told with it
 
+
 class Flat:
     """Arguments taken apart: the words, how they are written, and all that code depends on."""
 
@@ -61,6 +62,7 @@ class Flat:
             self.words.append(value)
             self.form.append("d" if number.is_float else "q" if number.signed or number is BOOL else "Q")
 
+
 def _type_of(value: Any) -> Type:
     """Return the type of a number among the arguments."""
     if isinstance(value, np.generic):
@@ -74,6 +76,7 @@ def _type_of(value: Any) -> Type:
     elif isinstance(value, float):
         return FLOAT64
     raise Untranslatable(f"{value!r} is no number, array, tuple or None")
+
 
 def symbols(arguments: tuple[Any, ...]) -> tuple[list[Any], int]:
     """Return what arguments are while code is compiled for them, and the number of their words and the first."""
@@ -93,4 +96,3 @@ def symbols(arguments: tuple[Any, ...]) -> tuple[list[Any], int]:
         return Leaf(place - 1, _type_of(value))
 
     return [symbol(each) for each in arguments], place
-

@@ -63,7 +63,9 @@ def entry(function):
 class Compiled:
     """Machine code for arguments of some types."""
 
-    def __init__(self, call: Any, form: str, answer: Any, count: int, faults: list[str], foreign: tuple[int, ...]):
+    def __init__(
+        self, call: Any, form: str, answer: Any, count: int, faults: list[str], foreign: tuple[int, ...]
+    ):
         self.call, self.pack = call, struct.Struct(f"={form}").pack
         self.answer, self.faults, self.foreign = answer, faults, foreign
         self.room = ctypes.c_int64 * (FAULT_WORDS + count)
@@ -88,7 +90,9 @@ def _read(answer: Any, room: bytes, place: int) -> tuple[Any, int]:
         return tuple(parts), place
     if answer is None:
         return None, place
-    (value,) = struct.unpack_from({"bool": "=?", "float64": "=d", "uint64": "=Q"}.get(answer, "=q"), room, 8 * place)
+    (value,) = struct.unpack_from(
+        {"bool": "=?", "float64": "=d", "uint64": "=Q"}.get(answer, "=q"), room, 8 * place
+    )
     return value, place + 1
 
 
@@ -116,10 +120,9 @@ def _made(function: Any, arguments: tuple[Any, ...], flat: Flat) -> Compiled:
         facts, code = kept
         call = machine.function_at(machine.address_of(code, f"carom_{shelf.name}"))
     except Untranslatable as error:
-        answers = registry.own_answers(classes)
-        if answers:
-            raise InputError(of_models(error, answers)) from error
-        raise
+        if error.function is None or registry.is_ours(error.function.__globals__.get("__name__")):
+            raise
+        raise InputError(of_models(error, registry.own_answers(classes))) from error
     finally:
         if collecting:
             gc.enable()
@@ -183,5 +186,3 @@ def reason(function: Any, *arguments: Any) -> str | None:
 def digest(*words: Any) -> str:
     """Return a short name that follows from words."""
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
-
-

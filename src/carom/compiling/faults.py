@@ -33,16 +33,17 @@ def of_models(error: Untranslatable, answers: Sequence[tuple[str, type, Any]]) -
     for question, model, function in answers:
         if function is error.function:
             return f"{question} of {model.__name__} cannot be compiled: {error}."
-    names = " or ".join(dict.fromkeys(model.__name__ for _, model, _ in answers))
-    return f"{names} cannot be compiled: {error}."
+    return f"{error.function.__qualname__} cannot be compiled: {error}."
 
 
 def unknown_part(value: Any, name: str) -> tuple[str, Any] | None:
     """Return what in the field of a model no type of the language stands for: where it is, and what it is."""
     if value is None or isinstance(value, bool | int | float | np.bool_ | np.integer | np.floating):
         return None
-    if isinstance(value, np.ndarray) and value.dtype.isnative and (
-        value.dtype.char in "?bBhHiIlLqQfd" or value.dtype.names
+    if (
+        isinstance(value, np.ndarray)
+        and value.dtype.isnative
+        and (value.dtype.char in "?bBhHiIlLqQfd" or value.dtype.names)
     ):
         return None
     if isinstance(value, tuple):

@@ -64,7 +64,9 @@ def _extreme(kind: type) -> Handler:
             a, b, both = self.common(best, each)
             better = self.compare(kind, b, a)
             natural = all(isinstance(x, Number) and x.natural for x in (a, b))
-            best = Number(both, self.choose(self.text(better), self.text(b), self.text(a), both.llvm), natural)
+            best = Number(
+                both, self.choose(self.text(better), self.text(b), self.text(a), both.llvm), natural
+            )
         return best
 
     return handler
@@ -175,12 +177,16 @@ def _sum(self: Calls, given: Any, start: Any = None) -> Any:
 
 @compiled_as(any)
 def _any(self: Calls, given: Any) -> Any:
-    return self._decided(False, [lambda each=each: each for each in several(self, given)] or [lambda: Known(False)])  # type: ignore[attr-defined]
+    return self._decided(
+        False, [lambda each=each: each for each in several(self, given)] or [lambda: Known(False)]
+    )  # type: ignore[attr-defined]
 
 
 @compiled_as(all)
 def _all(self: Calls, given: Any) -> Any:
-    return self._decided(True, [lambda each=each: each for each in several(self, given)] or [lambda: Known(True)])  # type: ignore[attr-defined]
+    return self._decided(
+        True, [lambda each=each: each for each in several(self, given)] or [lambda: Known(True)]
+    )  # type: ignore[attr-defined]
 
 
 @compiled_as(divmod)
@@ -204,7 +210,30 @@ def _of_library(name: str, count: int = 1) -> Handler:
     return handler
 
 
-for _name in ["acos", "acosh", "asin", "asinh", "atan", "atanh", "cbrt", "cos", "cosh", "erf", "erfc", "exp", "exp2", "expm1", "log", "log10", "log1p", "log2", "sin", "sinh", "tan", "tanh"]:
+for _name in [
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atanh",
+    "cbrt",
+    "cos",
+    "cosh",
+    "erf",
+    "erfc",
+    "exp",
+    "exp2",
+    "expm1",
+    "log",
+    "log10",
+    "log1p",
+    "log2",
+    "sin",
+    "sinh",
+    "tan",
+    "tanh",
+]:
     for _place in (math, np):
         if hasattr(_place, _name):
             FUNCTIONS[getattr(_place, _name)] = _of_library(_name)
@@ -326,11 +355,22 @@ def _a_dtype(self: Calls, given: Any) -> Any:
     return Known(np.dtype(given.value))
 
 
-for _name in ("print", "open", "input", "sorted", "map", "filter", "list", "dict", "set", "str", "iter", "next"):
+for _name in (
+    "print",
+    "open",
+    "input",
+    "sorted",
+    "map",
+    "filter",
+    "list",
+    "dict",
+    "set",
+    "str",
+    "iter",
+    "next",
+):
     FUNCTIONS[getattr(builtins, _name)] = lambda self, *given, _name=_name, **named: _refused(_name)
 
 
 def _refused(name: str) -> Any:
     raise Untranslatable(f"{name} is not known here")
-
-

@@ -235,9 +235,7 @@ def _rooms(self: Calls, pair: Several, lanes: Any) -> Iterator[tuple[int, Any]]:
 
 
 @compiled_as(pack_fields)
-def _pack_fields(
-    self: Calls, pair: Any, lanes: Any, words: Any, start: Any, bits: Any, address: Any
-) -> Any:
+def _pack_fields(self: Calls, pair: Any, lanes: Any, words: Any, start: Any, bits: Any, address: Any) -> Any:
     if isinstance(pair, Several):
         for at, scratch in _rooms(self, pair, lanes):
             _pack(self, self.get(pair.items[at]), words, start, bits, scratch, address)

@@ -81,7 +81,9 @@ class Plan:
             raise Untranslatable("only plain parameters are known here", function).at(
                 function, self.path, node.lineno
             )
-        self.body = node.body if isinstance(node, ast.FunctionDef) else [ast.copy_location(_returned(node), node)]
+        self.body = (
+            node.body if isinstance(node, ast.FunctionDef) else [ast.copy_location(_returned(node), node)]
+        )
         self.names = [each.arg for each in given.args]
         self.rest = given.vararg.arg if given.vararg else None
         self.defaults = function.__defaults__ or ()

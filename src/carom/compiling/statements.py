@@ -230,7 +230,9 @@ class Translator(Calls):
             self.branch(value.text, more if is_and else end, end if is_and else more)
             self.start(more)
         self.start(end)
-        return Number(BOOL, self.op("phi i1 " + ", ".join(f"[ {text}, %{block} ]" for text, block in incoming)))
+        return Number(
+            BOOL, self.op("phi i1 " + ", ".join(f"[ {text}, %{block} ]" for text, block in incoming))
+        )
 
     def of_IfExp(self, scope: Scope, node: ast.IfExp) -> Any:
         """Return one of two values."""
@@ -355,7 +357,9 @@ class Translator(Calls):
             if len(index) < len(array.lengths):
                 return self._assign_all(self.item(array, Several(tuple, index)), value, operation)
             address = self.address(array, index)
-            self.store(kind, value if operation is None else self._changed(kind, address, operation, value), address)
+            self.store(
+                kind, value if operation is None else self._changed(kind, address, operation, value), address
+            )
             return None
         if len(parts) == 1:
             return self._assign_all(self._cut(scope, array, parts[0]), value, operation)
@@ -369,7 +373,9 @@ class Translator(Calls):
 
         def one(k: Any) -> None:
             address = self.address(array, [k if each is None else each for each in given])
-            self.store(kind, value if operation is None else self._changed(kind, address, operation, value), address)
+            self.store(
+                kind, value if operation is None else self._changed(kind, address, operation, value), address
+            )
 
         return self.count_up(low, self.cast(high, INT64), Known(1), one)
 
@@ -468,7 +474,9 @@ class Translator(Calls):
                 ends.insert(0, Known(0, UINT64 if ends[0].type is UINT64 else INT64))
             start, stop, step = ends if len(ends) == 3 else (*ends, Known(1))
             known = all(isinstance(each, Known) for each in (start, stop, step))
-            rounds = range(start.value, stop.value, step.value) if known and step.value else range(UNROLLED + 1)
+            rounds = (
+                range(start.value, stop.value, step.value) if known and step.value else range(UNROLLED + 1)
+            )
             few = len(rounds) <= UNROLLED and not _is_over_lanes(node)
             if known and step.value and few:
                 kind = UINT64 if UINT64 is start.type is stop.type else INT64
@@ -518,7 +526,9 @@ class Translator(Calls):
             return
         self.assign(scope, target, value)
 
-    def _counted(self, scope: Scope, node: ast.For, start: Any, stop: Any, step: Any, end: str, each: Any) -> None:
+    def _counted(
+        self, scope: Scope, node: ast.For, start: Any, stop: Any, step: Any, end: str, each: Any
+    ) -> None:
         """Translate a loop that is counted while it runs."""
         again = self.label()
         scope.depth += 1

@@ -66,7 +66,9 @@ class Shelf:
     """The place of one entry point for arguments of some types."""
 
     def __init__(self, function: Any, kind: list[Any], classes: list[type]):
-        said = [f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind]
+        said = [
+            f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind
+        ]
         self.entry = function.__name__
         versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), entry.CHECKED)
         self.kind = entry.digest(function.__module__, said, versions)
@@ -118,7 +120,9 @@ class Shelf:
         for folder in folders() if self.walk else ():
             if (folder / self.file).exists():
                 break
-            with contextlib.suppress(OSError, NotImplementedError):  # nothing can be written, or no locks there
+            with contextlib.suppress(
+                OSError, NotImplementedError
+            ):  # nothing can be written, or no locks there
                 folder.mkdir(parents=True, exist_ok=True)
                 lock = filelock.FileLock(folder / f"{self.entry}-{self.kind}.lock", thread_local=False)
                 lock.acquire(PATIENCE)  # a Timeout is an OSError
@@ -158,7 +162,9 @@ class Walk:
         """Note anything that compiled code may read."""
         if isinstance(value, enum.Enum):
             value = value.value
-        if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | np.dtype):
+        if value is None or isinstance(
+            value, bool | int | float | complex | str | bytes | np.generic | np.dtype
+        ):
             self.add(type(value).__name__, value)
         elif isinstance(value, tuple | list):
             self.add(type(value).__qualname__, len(value))
@@ -208,7 +214,9 @@ class Walk:
 
     def visit_code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
         """Note the code of a function, and what its names stand for."""
-        self.add(code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_argcount, code.co_flags)
+        self.add(
+            code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_argcount, code.co_flags
+        )
         for constant in code.co_consts:
             if not isinstance(constant, types.CodeType | frozenset):
                 self.visit(constant)

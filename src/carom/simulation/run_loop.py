@@ -17,7 +17,6 @@ from carom.models.questions.memory import error_message
 from carom.scene.velocities import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.measuring.mechanics import sizes, sums
-from carom.simulation.measuring.readings import refuse_rule
 from carom.simulation.measuring.stall_detector import StallDetector
 from carom.simulation.moves.barostat import move_volume
 from carom.simulation.moves.oscillation import change_rate
@@ -93,12 +92,8 @@ def _advance(
         if several is not None and several.window(stop, int(target)):
             code = constants.SPENT
         else:
-            try:
-                with run_state.budget:
-                    code, unused = cycle.run(*engine, *stop, target, np.int64(cycles))
-            except Exception as error:
-                refuse_rule(run_state, error)
-                raise
+            with run_state.budget:
+                code, unused = cycle.run(*engine, *stop, target, np.int64(cycles))
         now = running()
         run_state.seconds += now - began
         wrong = error_message(run_state.engine.model.pair)

@@ -21,7 +21,6 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from carom import checks
-from carom.compiling import compile_listeners
 from carom.errors import CaromError, InputError
 from carom.simulation.workers.thread_pool import cores
 from carom.texts import counted
@@ -66,8 +65,6 @@ class Place:
         Number of tasks at a time; None without limit.
     replaces : bool
         Whether workers that died are replaced: what they ran can run again.
-    listen : callable
-        Passes on messages of workers.
     """
 
     name: str
@@ -77,7 +74,6 @@ class Place:
     here: bool = False
     capacity: int | None = None
     replaces: bool = False
-    listen: Callable[[], object] = field(default_factory=lambda: _nothing)
 
 
 def check(choice: Any = None, cores: int | str | None = None) -> int | None:
@@ -192,11 +188,10 @@ def _processes(count: int, main: bool) -> Place:
     from pebble import ProcessPool
 
     leash, lead = multiprocessing.Pipe(duplex=False)
-    told, mouth = multiprocessing.Pipe(duplex=False)
 
     def new() -> ProcessPool:
         context = SpawnContext() if main else _Context()
-        return ProcessPool(count, context=context, initializer=_begin, initargs=(leash, mouth))
+        return ProcessPool(count, context=context, initializer=_begin, initargs=(leash,))
 
     pools = [new()]
 
@@ -215,16 +210,12 @@ def _processes(count: int, main: bool) -> Place:
                 pool.close()
             pool.join()
 
-    def listen() -> None:
-        while told.poll():
-            compile_listeners.notify(told.recv_bytes().decode())
-
     name = counted(count, "process")
-    return Place(name, submit, end, here=True, replaces=True, listen=listen)
+    return Place(name, submit, end, here=True, replaces=True)
 
 
-def _begin(leash: Any, mouth: Any) -> None:
-    """Prepare a worker: it leaves Ctrl-C to the leading process, ends with it, and says when it compiles."""
+def _begin(leash: Any) -> None:
+    """Prepare a worker: it leaves Ctrl-C to the leading process, and ends with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -234,16 +225,6 @@ def _begin(leash: Any, mouth: Any) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-    told: set[str] = set()
-
-    def say(news: str) -> None:
-        if news not in told:
-            told.add(news)
-            with contextlib.suppress(OSError):  # the study has ended meanwhile
-                mouth.send_bytes(news.encode())
-
-    compile_listeners.listen(say)
 
 
 def _mpi_size() -> int:
@@ -318,7 +299,6 @@ def run(
             except BrokenExecutor as error:  # an Executor of the caller
                 failed(value, reason(error))
         ended, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
-        place.listen()
         for future in ended:
             value, attempt = running.pop(future)
             try:

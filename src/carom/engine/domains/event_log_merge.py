@@ -126,7 +126,13 @@ def order_tasks(all_events: AllEvents) -> list[tuple[Any, ...]]:
     bounds = np.vstack([np.zeros(len(pages), np.int64), inside.T, counts])
     totals = bounds.sum(axis=1)
     return [
-        (all_events, bounds[k].copy(), bounds[k + 1], all_events.order[totals[k] : totals[k + 1]], *_players(len(pages)))
+        (
+            all_events,
+            bounds[k].copy(),
+            bounds[k + 1],
+            all_events.order[totals[k] : totals[k + 1]],
+            *_players(len(pages)),
+        )
         for k in range(len(pages))
     ]
 

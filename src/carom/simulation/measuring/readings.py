@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block, EnergySample, MomentumFlux
-from carom.compiling.entry import reason
 from carom.errors import InputError
 from carom.observables.energy import without_potential
 from carom.observables.steps import StepSums
@@ -202,17 +201,3 @@ def units_now(run_state: RunState) -> UnitsNow:
         targets=pair.targets[:-1].copy(),
         asked=dict(zip(causes, pair.asked[1:].tolist(), strict=True)),
     )
-
-
-def refuse_rule(run_state: RunState, error: Exception) -> None:
-    """Raise InputError where an error of the compiler is one about a rule; else do nothing."""
-    pair = run_state.engine.model.rules
-    if pair is None or not comes_from_numba(error):
-        return
-    rule = run_state.scene.interaction.rule  # type: ignore[attr-defined]
-    why = reason(rule, pair.units[0], pair.told[0])
-    if why is not None:
-        raise InputError(
-            f"Numba cannot compile the rule {rule.__name__}: {why}. Write it with numbers, arrays, tuples, "
-            "and functions of math and NumPy."
-        ) from None
