@@ -133,7 +133,7 @@ class Calls(Arrays):
         """Let a name stand for a value from here on."""
         value = self.get(value)
         if name in scope.in_slots:
-            if scope.depth > 0 or _alike(scope.names[name], value):
+            if scope.depth > 0 or _fits(scope.names[name], value):
                 self.put(scope, name, scope.names[name], value)
                 return
         elif scope.plan.assigned.get(name, 0) == 1 and scope.depth == 0:
@@ -510,6 +510,15 @@ def _alike(a: Any, b: Any) -> bool:
     if isinstance(a, Known) and a.type is None:
         return a.same(b)
     return all(isinstance(each, Known | Number | Slot | Leaf) and each.type is not None for each in (a, b))
+
+
+def _fits(place: Any, value: Any) -> bool:
+    """Tell whether a place is of the very types of a value."""
+    if isinstance(place, Slot):
+        return getattr(value, "type", None) is place.type
+    if isinstance(place, Several) and _alike(place, value):
+        return all(_fits(a, b) for a, b in zip(place.items, value.items, strict=True))
+    return _alike(place, value)
 
 
 def _static(value: Any) -> Any:
