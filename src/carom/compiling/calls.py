@@ -536,6 +536,4 @@ def _static(value: Any) -> Any:
     if isinstance(value, Array):
         data = value.data if isinstance(value.data, Leaf) else None
         return ("array", value.dtype, data, value.local, *map(_static, value.lengths))
-    if isinstance(value, Lined):
-        return "lined", id(value)
-    return id(value)
+    return object()  # nothing that another call could have, too

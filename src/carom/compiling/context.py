@@ -59,7 +59,7 @@ class Flat:
         else:
             number = _type_of(value)
             self.kind.append(number)
-            self.words.append(value)
+            self.words.append(bool(value) if number is BOOL else value)
             self.form.append("d" if number.is_float else "q" if number.signed or number is BOOL else "Q")
 
 

@@ -8,6 +8,8 @@ import gc
 import hashlib
 import os
 import struct
+import sys
+import threading
 import time
 from functools import wraps
 from typing import Any
@@ -34,7 +36,11 @@ DISABLED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 CHECKED = os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0")
 """Whether an index out of bounds is an error."""
 
+DEEPEST = 20_000
+"""Calls of Python within each other while functions are written within each other."""
+
 _spent = 0.0
+_alone = threading.RLock()
 
 
 def running() -> float:
@@ -54,7 +60,10 @@ def entry(function):
         kind = tuple(flat.kind)
         compiled = kinds.get(kind)
         if compiled is None:
-            compiled = kinds[kind] = _made(function, arguments, flat)
+            with _alone:
+                if kind not in kinds:
+                    kinds[kind] = _made(function, arguments, flat)
+            compiled = kinds[kind]
         return compiled(flat.words)
 
     return chosen
@@ -101,10 +110,11 @@ def _made(function: Any, arguments: tuple[Any, ...], flat: Flat) -> Compiled:
     global _spent
     from carom.compiling import machine, stored
 
-    began = time.perf_counter()
+    began, deepest = time.perf_counter(), sys.getrecursionlimit()
     classes = [each for each in flat.kind if isinstance(each, type)]
     collecting = gc.isenabled()
     gc.disable()  # a hundred thousand objects are made, and most stay until the end
+    sys.setrecursionlimit(max(deepest, DEEPEST))
     try:
         shelf = stored.Shelf(function, flat.kind, classes)
         with shelf.alone():
@@ -124,6 +134,7 @@ def _made(function: Any, arguments: tuple[Any, ...], flat: Flat) -> Compiled:
             raise
         raise InputError(of_models(error, registry.own_answers(classes))) from error
     finally:
+        sys.setrecursionlimit(deepest)
         if collecting:
             gc.enable()
         _spent += time.perf_counter() - began

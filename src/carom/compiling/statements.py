@@ -341,28 +341,34 @@ class Translator(Calls):
         return element_type(kind), address
 
     def _assign_item(self, scope: Scope, node: ast.Subscript, value: Any, operation: type | None) -> None:
-        """Write to an element, or to all that are in brackets; with an operation, what that gives."""
+        """Write to an element, or to all that are in brackets; with an operation, what that gives.
+
+        Without one ``value`` is known already; with one it is an expression, which comes after what is there.
+        """
         array = self.expr(scope, node.value)
         if not isinstance(array, Array):
             raise Untranslatable(f"{described(array)} cannot be written to: let it be an array")
         if array.dtype.names:
             raise Untranslatable("a record is written field by field")
-        kind = element_type(array.dtype)
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         cuts = [k for k, each in enumerate(parts) if isinstance(each, ast.Slice)]
         if not cuts:
             index = [self.expr(scope, each) for each in parts]
             if len(index) == 1 and isinstance(index[0], Several):
                 index = index[0].items
-            if len(index) < len(array.lengths):
-                return self._assign_all(self.item(array, Several(tuple, index)), value, operation)
-            address = self.address(array, index)
-            self.store(
-                kind, value if operation is None else self._changed(kind, address, operation, value), address
-            )
-            return None
-        if len(parts) == 1:
-            return self._assign_all(self._cut(scope, array, parts[0]), value, operation)
+            if len(index) == len(array.lengths):
+                kind, address = element_type(array.dtype), self.address(array, index)
+                if operation is not None:
+                    before = self.load(kind, address)
+                    value = self.binary(operation, before, self.expr(scope, value))
+                return self.store(kind, value, address)
+            array = self.item(array, Several(tuple, index))
+        elif len(parts) == 1:
+            array = self._cut(scope, array, parts[0])
+        if operation is not None:
+            value = self.expr(scope, value)
+        if len(parts) == 1 or not cuts:
+            return self._assign_all(array, value, operation)
         if len(cuts) > 1 or len(parts) != len(array.lengths) or isinstance(value, Array | Several):
             raise Untranslatable("these parts of an array are not known here: write a loop")
         cut = parts[cuts[0]]
@@ -373,25 +379,25 @@ class Translator(Calls):
 
         def one(k: Any) -> None:
             address = self.address(array, [k if each is None else each for each in given])
-            self.store(
-                kind, value if operation is None else self._changed(kind, address, operation, value), address
-            )
+            self._write(array, address, value, operation)
 
         return self.count_up(low, self.cast(high, INT64), Known(1), one)
 
-    def _changed(self, kind: Any, address: str, operation: type, value: Any) -> Any:
-        return self.binary(operation, self.load(kind, address), value)
+    def _write(self, array: Array, address: str, value: Any, operation: type | None) -> None:
+        """Write a number to an element, or what an operation gives of both."""
+        kind = element_type(array.dtype)
+        if operation is not None:
+            value = self.binary(operation, self.load(kind, address), value)
+        self.store(kind, value, address)
 
     def _assign_all(self, array: Array, value: Any, operation: type | None) -> None:
         """Write to all elements of an array."""
         if operation is None:
             return self.fill(array, value)
-        kind = element_type(array.dtype)
 
         def one(k: Any) -> None:
-            address = self.element(array, k)
             each = self.read(value, self.element(value, k)) if isinstance(value, Array) else value
-            self.store(kind, self._changed(kind, address, operation, each), address)
+            self._write(array, self.element(array, k), each, operation)
 
         return self.count_up(Known(0), self.total(array), Known(1), one)
 
@@ -399,16 +405,16 @@ class Translator(Calls):
         """Change a name, a field or elements by an operation."""
         target, kind = node.target, type(node.op)
         if isinstance(target, ast.Name):
-            before = self.of_Name(scope, target)
-            if isinstance(self.get(before), Array):
-                return self._assign_all(self.get(before), self.expr(scope, node.value), kind)
-            self.bind(scope, target.id, self.binary(kind, before, self.expr(scope, node.value)))
-        elif isinstance(target, ast.Attribute):
+            before = self.get(self.of_Name(scope, target))
+            value = self.expr(scope, node.value)
+            if isinstance(before, Array):
+                return self._assign_all(before, value, kind)
+            return self.bind(scope, target.id, self.binary(kind, before, value))
+        if isinstance(target, ast.Attribute):
             field, address = self._field(scope, target)
-            self.store(field, self._changed(field, address, kind, self.expr(scope, node.value)), address)
-        else:
-            self._assign_item(scope, target, self.expr(scope, node.value), kind)
-        return None
+            before = self.load(field, address)
+            return self.store(field, self.binary(kind, before, self.expr(scope, node.value)), address)
+        return self._assign_item(scope, target, node.value, kind)
 
     def do_If(self, scope: Scope, node: ast.If) -> None:
         """Translate the branch that is taken, or both."""

@@ -16,9 +16,9 @@ SWIFT: dict[str, Any] = {
 
 def compile_kept(function: Any) -> Any:
     """Compile a function of this package, or load it from the cache of an earlier process."""
-    from carom.jit import compiled_on_call
+    from carom.jit import compiled
 
-    return compiled_on_call(function, **SWIFT)
+    return compiled(function, **SWIFT)
 
 
 class PairList:
