@@ -7,11 +7,11 @@ import sys
 import time
 
 import pytest
+from carom.cli.compiling import TEXT, compiling_told
+from carom.compiling.deferred_signals import SIGNALS, signals_held
 from helpers.workers import compiled_there
 
-from carom.cli.compiling import TEXT, compiling_told
 from carom.compiling import dispatch
-from carom.compiling.deferred_signals import SIGNALS, signals_held
 from carom.studies import executors
 
 

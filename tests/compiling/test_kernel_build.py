@@ -93,6 +93,7 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_search_for_a_partner_is_vectorised(kind):
     from carom.compiling.borrowed import borrowed
+
     from carom.engine import cycle
 
     sim = carom.Simulation(

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numba
 import pytest
-from numba import types
-
-from carom.compiling import cache
 from carom.compiling.code_digest import digest_of
 from carom.compiling.compile_listeners import listening
 from carom.compiling.dispatch import entry
+from numba import types
+
+from carom.compiling import cache
 from carom.jit import compiled, compiled_on_call
 from carom.models.questions.obstacle import encounter
 

@@ -30,9 +30,8 @@ def test_private_parts_of_numba_are_named_in_one_file():
 
 def test_arrays_in_a_plain_tuple_are_not_let_go():
     # A plain tuple was handed back without being counted, and its arrays were freed.
-    from numba import njit
-
     from carom.compiling.borrowed import borrowed
+    from numba import njit
 
     @njit
     def last(model):

@@ -6,11 +6,11 @@ import re
 
 import numpy as np
 import pytest
+from carom.compiling.dispatch import entry
 from helpers.scripts import python
 
 import carom
 from carom import seeds
-from carom.compiling.dispatch import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
 from carom.models.drives import kick, next_time

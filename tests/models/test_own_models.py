@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from carom.compiling.borrowed import borrowed
+from carom.compiling.dispatch import entry
+from carom.compiling.simd import asked_of, make_lanes
 from helpers.magnetic import charges, least_gap
 from helpers.scripts import python
 
 import carom
-from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
-from carom.compiling.simd import asked_of, make_lanes
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
 from carom.models.interactions.growing_cores import Growing

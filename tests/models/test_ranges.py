@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+from carom.compiling.compile_errors import reason
 from helpers.browser import shown, where
 from helpers.marks import slow
 from helpers.naive.rules import NaiveRules
@@ -15,7 +16,6 @@ from helpers.plain import uncompiled
 
 import carom
 from carom.bridges.palette import FACES, rgb
-from carom.compiling.compile_errors import reason
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
