@@ -12,6 +12,7 @@ import enum
 import hashlib
 import json
 import os
+import re
 import sys
 import types
 from collections.abc import Iterator
@@ -69,7 +70,7 @@ class Shelf:
         said = [
             f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind
         ]
-        self.entry = function.__name__
+        self.entry = re.sub(r"\W", "", function.__name__, flags=re.ASCII)  # a lambda's has brackets
         versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), entry.CHECKED)
         self.kind = entry.digest(function.__module__, said, versions)
         self.walk: Walk | None = Walk()
