@@ -10,7 +10,7 @@ from helpers.scripts import python
 
 import carom
 from carom import seeds
-from carom.compiling.dispatch import entry
+from carom.compiling.entry import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
 from carom.models.drives import kick, next_time
@@ -798,7 +798,7 @@ class Wall:
 """
 PROBE = """
 from carom.compiling.compile_listeners import listening
-from carom.compiling.dispatch import entry
+from carom.compiling.entry import entry
 from carom.models.questions.obstacle import encounter
 from walls import Wall
 

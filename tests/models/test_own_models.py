@@ -14,7 +14,7 @@ from helpers.scripts import python
 
 import carom
 from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
+from carom.compiling.entry import entry
 from carom.compiling.simd import asked_of, make_lanes
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution

@@ -15,7 +15,7 @@ from helpers.plain import uncompiled
 
 import carom
 from carom.bridges.palette import FACES, rgb
-from carom.compiling.compile_errors import reason
+from carom.compiling.entry import reason
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw

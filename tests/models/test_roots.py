@@ -194,7 +194,7 @@ def test_no_number_ends_the_search():
 
 
 def test_compiled_code_finds_the_same_bits():
-    from carom.compiling.dispatch import entry
+    from carom.compiling.entry import entry
 
     compiled, rng = entry(lambda curve, limit: next_fall(curve, limit)), np.random.default_rng(3)
     for _ in range(200):

@@ -346,6 +346,8 @@ class Calls(Arrays):
             try:
                 result = self._written(scope, values, rest)
                 break
+            except Untranslatable as error:
+                raise error.at(function, plan.path, function.__code__.co_firstlineno) from error.__cause__
             except Widened as need:
                 if need.scope is not scope or wide.get(need.name) is need.kind:
                     raise

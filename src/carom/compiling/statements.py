@@ -299,19 +299,17 @@ class Translator(Calls):
         """Leave all functions; the caller raises what is written here."""
         error, words = node.exc, ""
         if isinstance(error, ast.Call):
-            if error.args:
-                told = error.args[0]
-                words = told.value if isinstance(told, ast.Constant) else ast.unparse(told).strip("f'\"")
+            words = _told(error.args[0]) if error.args else ""
             error = error.func
         name = ast.unparse(error).rpartition(".")[2] if error is not None else "RuntimeError"
-        self.fail(f"{name}: {words}".replace("{", "(").replace("}", ")"))
+        self.fail(f"{name}: {words}")
 
     def do_Assert(self, scope: Scope, node: ast.Assert) -> None:
         """Leave all functions unless something holds."""
         held = self.condition(scope, node.test)
-        words = ast.unparse(node.msg).strip("f'\"") if node.msg else ast.unparse(node.test)
+        words = _told(node.msg or node.test)
         failed = self.op(f"xor i1 {self.text(held)}, true")
-        self.fail_if(failed, f"AssertionError: {words}".replace("{", "(").replace("}", ")"))
+        self.fail_if(failed, f"AssertionError: {words}")
 
     def do_Assign(self, scope: Scope, node: ast.Assign) -> None:
         """Give names, fields and elements a value."""
@@ -596,6 +594,14 @@ class Translator(Calls):
 def _leaves(body: list[Any]) -> bool:
     """Tell whether a loop may be left, or a round cut short."""
     return any(isinstance(each, ast.Break | ast.Continue) for part in body for each in ast.walk(part))
+
+
+def _told(node: Any) -> str:
+    """Return what an error says; numbers are told by their names."""
+    parts = node.values if isinstance(node, ast.JoinedStr) else [node]
+    parts = [each.value if isinstance(each, ast.FormattedValue) else each for each in parts]
+    words = (str(each.value) if isinstance(each, ast.Constant) else f"({ast.unparse(each)})" for each in parts)
+    return "".join(words).replace("{", "(").replace("}", ")")
 
 
 def _is_range(function: Any) -> bool:
