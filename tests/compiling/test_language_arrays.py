@@ -80,6 +80,16 @@ def filled(array, x):
     return array[-1]
 
 
+def copies(values, table, k, x):
+    copy = values.copy()
+    copy[k] = x
+    row = np.copy(table[k % 3])
+    row *= 2.0
+    room = np.zeros(len(values), np.int32)
+    room[-1] = 7
+    return copy[k], row[1], room[3], len(np.zeros_like(row)), len(room)
+
+
 def of_other_types(values, table, k, x):
     small = np.array((k, 300, -5), np.int16)
     bytes_ = np.array((200, 100), np.uint8)
@@ -101,7 +111,9 @@ def chosen(values, table, k, x):
 
 
 OF_ARRAYS = {
-    each.__name__: each for each in (elements, parts, parts_of_rows, in_place, made_here, of_other_types, chosen)
+    each.__name__: each
+    for each in (elements, parts, parts_of_rows, in_place)
+    + (made_here, copies, of_other_types, chosen)
 }
 
 
@@ -158,6 +170,16 @@ def test_records(k, x):
 
     rows = np.zeros(4, ROW).view(np.recarray)
     assert_twins(changed, rows, k, x)
+
+
+def test_an_array_made_here_has_sixteen_elements_at_most_if_nobody_knows():
+    def made(k):
+        return len(np.zeros(k))
+
+    assert [compiled(made)(k) for k in (0, 16)] == [0, 16]
+    for k in (17, -1):
+        with pytest.raises(ValueError, match="16 at most if its size is not known while compiling"):
+            compiled(made)(k)
 
 
 def test_an_array_and_a_tuple_of_another_length_are_refused():

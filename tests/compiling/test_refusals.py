@@ -293,7 +293,7 @@ def nothing_or_a_number(m, a):
 
 
 def a_size_that_is_not_known(m, a):
-    return np.zeros(a)[0]
+    return np.zeros((2, a))[0, 0]
 
 
 def an_array_in_a_loop(m, a):
@@ -404,7 +404,7 @@ REFUSED = {
     a_with: "with is not known here",
     a_list: "a list is not known here: write a tuple, or np.array",
     a_dictionary: "a dictionary is not known here: write fields, or a tuple",
-    a_dictionary_outside: "has no elements",
+    a_dictionary_outside: "a dictionary is not known here: write fields, or a tuple",
     a_set: "a set is not known here: write a tuple",
     membership: "in is not known here: compare with each",
     a_comprehension: "a list is not known here: write a loop",
@@ -453,7 +453,7 @@ REFUSED = {
     two_lengths_in_branches: "this is a tuple or a tuple: let both be alike",
     none_or_a_number: "best is None or a number of type int64: give it another name",
     nothing_or_a_number: "this is a number of type int64 or None: let both be alike",
-    a_size_that_is_not_known: "the size of an array must be known while compiling: write a number",
+    a_size_that_is_not_known: "the size of an array must be known while compiling: write numbers",
     an_array_in_a_loop: "an array cannot be made in a loop: make it before, and fill it here",
     an_array_that_is_too_large: "an array of 1000000 numbers is too large for a function: make it a field",
     an_index_that_is_too_large: "index 3 of an array of 3",

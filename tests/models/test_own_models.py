@@ -13,9 +13,8 @@ from helpers.magnetic import charges, least_gap
 from helpers.scripts import python
 
 import carom
-from carom.compiling.borrowed import borrowed
 from carom.compiling.entry import entry
-from carom.compiling.simd import asked_of, make_lanes
+from carom.compiling.lanes import asked_of, make_lanes
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
 from carom.models.interactions.growing_cores import Growing
@@ -418,11 +417,11 @@ def _(pair: Stepped, i, j, step, rr, rv, vv, now):
 
 
 def _ask(pair, lanes, i, j):
-    return asked_of(interaction_time, borrowed(pair), borrowed(lanes), 3, i, j, (0.0, 0.0, 0.0, 0.0))
+    return asked_of(interaction_time, pair, lanes, 3, i, j, (0.0, 0.0, 0.0, 0.0))
 
 
 def _ask_stepped(pair, lanes, i, j, step):
-    return asked_of(step_time, borrowed(pair), borrowed(lanes), 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
+    return asked_of(step_time, pair, lanes, 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
 
 
 def in_lanes(pair, j):

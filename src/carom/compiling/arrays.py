@@ -32,6 +32,7 @@ from carom.compiling.language import (
 )
 
 MOST_LOCAL = 4096  # numbers of an array on the stack
+MOST_UNKNOWN = 16  # if their number is not known while compiling: there is room for a place
 
 
 def element_type(dtype: np.dtype) -> Type:
@@ -151,6 +152,8 @@ class Arrays(Arithmetic):
             return self.read(value, address)
         if isinstance(value, Record) and isinstance(index, Known) and isinstance(index.value, str):
             return self.attribute(value, index.value)
+        if isinstance(value, Known) and isinstance(value.value, dict):
+            raise Untranslatable("a dictionary is not known here: write fields, or a tuple")
         raise Untranslatable(f"{described(value)} has no elements")
 
     def constant(self, value: Known) -> Any:
@@ -231,6 +234,8 @@ class Arrays(Arithmetic):
             value = value.array
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
+            if name.startswith("_"):
+                raise Untranslatable(f"{name} is not known here: write the fields that you need")
             if name in fields:
                 return self.get(value.items[fields.index(name)])
             found = getattr(value.cls, name, None)
@@ -252,6 +257,8 @@ class Arrays(Arithmetic):
                 return Known(len(value.lengths))
             if name == "size":
                 return self.total(value)
+            if name == "copy":
+                return Bound(name, value)
             raise Untranslatable(f".{name} of an array is not known here: write a loop")
         if isinstance(value, Known) and value.type is None:
             try:
@@ -287,9 +294,14 @@ class Arrays(Arithmetic):
         """Return an array on the stack, whose shape is known while compiling."""
         given = shape.items if isinstance(shape, Several) else [shape]
         lengths = [self.integer(each, "a length") for each in given]
-        if any(not isinstance(each, Known) or each.value < 0 for each in lengths):
-            raise Untranslatable("the size of an array must be known while compiling: write a number")
-        size = math.prod(each.value for each in lengths)
+        if len(lengths) == 1 and isinstance(lengths[0], Number):  # such as len(x)
+            size, given = MOST_UNKNOWN, self.text(lengths[0])
+            words = f"ValueError: an array of {{}} numbers; {size} at most if its size is not known while compiling"
+            self.fail_if(self.op(f"icmp ugt i64 {given}, {size}"), words, given)
+        elif any(not isinstance(each, Known) or each.value < 0 for each in lengths):
+            raise Untranslatable("the size of an array must be known while compiling: write numbers")
+        else:
+            size = math.prod(each.value for each in lengths)
         if size > MOST_LOCAL:
             raise Untranslatable(f"an array of {size} numbers is too large for a function: make it a field")
         if self.open_loops and self.careful:

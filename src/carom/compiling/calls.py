@@ -263,6 +263,8 @@ class Calls(Arrays):
             return self.viewed(bound.owner, target)
         if bound.function == "item":
             return bound.owner
+        if bound.function == "copy":
+            return self.local_array(Several(tuple, bound.owner.lengths), bound.owner.dtype, bound.owner)
         return self.invoke(bound.function, [bound.owner, *arguments], {})
 
     def _made(self, cls: type, arguments: list[Any], named: dict[str, Any]) -> Any:

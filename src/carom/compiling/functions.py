@@ -358,6 +358,11 @@ def _zeros_like(self: Calls, array: Any) -> Any:
     return self.local_array(Several(tuple, list(array.lengths)), array.dtype, Known(0))
 
 
+@compiled_as(np.copy)
+def _copied(self: Calls, array: Any) -> Any:
+    return self.call(self.attribute(array, "copy"), [], {})
+
+
 @compiled_as(np.dtype)
 def _a_dtype(self: Calls, given: Any) -> Any:
     return Known(np.dtype(given.value))
