@@ -444,10 +444,10 @@ def test_indices_are_whole_numbers_in_lanes_too(i, j):
     assert entry(_ask_stepped)(stepped, in_lanes(stepped, j), *indices, np.int64(1)) == expected + 0.25
 
 
-def test_a_model_that_needs_indices_of_one_type_does_without_lanes():
+def test_lanes_serve_a_model_that_does_anything_with_its_indices():
     pair = Pedantic(np.arange(8.0))
     expected = interaction_time(pair, 2, 5, 0.0, 0.0, 0.0, 0.0)
-    assert entry(_ask)(pair, in_lanes(pair, 5), np.uint64(2), np.uint32(5)) == expected
+    assert entry(_ask)(pair, in_lanes(pair, 5), np.uint64(2), np.uint32(5)) == expected + 0.25
 
 
 # ---------------------------------------------------------------------------------------- what is no number

@@ -177,14 +177,14 @@ class Walk:
                 self.visit(each)
         elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
             self.add(value.dtype.descr, value.shape, value.tobytes())
+        elif isinstance(value, types.FunctionType) and value in registry.QUESTIONS:
+            self.add(value.__qualname__)  # its answers are those of the classes
         elif isinstance(value, types.FunctionType):
             self.visit_function(value)
         elif isinstance(value, types.ModuleType | types.BuiltinFunctionType | np.ufunc):
             self.add(value.__name__)
         elif isinstance(value, type):
             self.visit_class(value)
-        elif hasattr(value, "registry") and value in registry.QUESTIONS:
-            self.add(value.__qualname__)
         else:
             raise Unknown(value)
 
