@@ -292,13 +292,16 @@ class Calls(Arrays):
 
     def _foreign(self, function: Any, arguments: list[Any]) -> Any:
         """Return what a function compiled by Numba gives: its address is a word of the context."""
-        arguments = [each if each.type.is_float else self.wide(each) for each in arguments]
+        arguments = [each if each.type.is_float or each.type is BOOL else self.wide(each) for each in arguments]
         kinds = tuple(each.type for each in arguments)
         place, result = self.module.foreign_function(function, kinds)
-        given = ", ".join(f"{each.type.llvm} {self.text(each)}" for each in arguments)
-        address = self.leaf(Leaf(place, POINTER))
-        raw = self.op(f"call {'i8' if result is BOOL else result.llvm} {address}({given})")
-        return self.truth(Number(OF_CLASS[np.uint8], raw)) if result is BOOL else Number(result, raw)
+        octet = OF_CLASS[np.uint8]  # what C has for a bool
+        arguments = [self.cast(each, octet) if each.type is BOOL else each for each in arguments]
+        given = "".join(f", {each.type.llvm} {self.text(each)}" for each in arguments)
+        address, fault = self.leaf(Leaf(place, POINTER)), self.leaf(Leaf(0, POINTER))
+        raw = self.op(f"call {'i8' if result is BOOL else result.llvm} {address}(ptr {fault}{given})")
+        self.leave_if_failed()
+        return self.truth(Number(octet, raw)) if result is BOOL else Number(result, raw)
 
     def invoke(self, function: Any, arguments: list[Any], named: dict[str, Any], cold: bool = False) -> Any:
         """Write a function of Python here, or call it where it is cold."""
