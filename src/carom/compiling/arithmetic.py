@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import math
 import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -186,6 +185,8 @@ class Arithmetic:
             return f"0x{exact.view(np.uint64):016X}"
         if kind is BOOL:
             return "true" if given else "false"
+        if kind is INT64 and abs(given) >> 63 and given != -(1 << 63):
+            raise Untranslatable(f"{given} does not fit in 64 bits")
         return str(_wrapped(int(given), kind, signed=True))
 
     def cast(self, value: Any, target: Type) -> Any:
@@ -199,8 +200,9 @@ class Arithmetic:
         if isinstance(value, Known):
             if target.is_float:
                 return Known(float(value.value if target is FLOAT64 else np.float32(value.value)), target)
-            if not source.is_float or math.isfinite(value.value):
-                return Known(_wrapped(int(value.value), target), target)
+            if source.is_float and not abs(value.value) < 2.0**63:
+                raise Untranslatable(f"{value.value} is no {target}")
+            return Known(_wrapped(int(value.value), target), target)
         text = self.text(value)
         if source.is_float and target.is_float:
             how = "fpext" if target.bits > source.bits else "fptrunc"
@@ -328,9 +330,9 @@ class Arithmetic:
             return None
         if isinstance(value, bool | float):
             return Known(value)
-        unsigned = not (a.type.signed or b.type.signed or BOOL in (a.type, b.type))
-        both = UINT64 if unsigned else INT64
-        return Known(_wrapped(value, both), both)
+        if a.type.signed or b.type.signed or BOOL in (a.type, b.type):
+            return Known(value, INT64)  # exact as in Python, until it is written somewhere
+        return Known(_wrapped(value, UINT64), UINT64)
 
     def _divided(self, kind: type, both: Type, x: str, y: str, divisor: Any) -> Number:
         """Return the floor of a quotient of integers, or what is left; 0 if the divisor is."""
@@ -399,6 +401,8 @@ class Arithmetic:
     def _power(self, a: Any, b: Any) -> Any:
         """Return a power: products where the exponent is a known whole number, else that of the C library."""
         a = self.wide(a)
+        if isinstance(b, Known) and b.type is INT64 and b.value == 0:
+            return self.cast(Known(1), a.type)
         if isinstance(b, Known) and float(b.value).is_integer() and 0 < abs(b.value) < MOST_MULTIPLICATIONS:
             if b.value < 0 or b.type.is_float:
                 a = a if a.type.is_float else self.cast(a, FLOAT64)
@@ -447,18 +451,18 @@ class Arithmetic:
         if isinstance(value, Known):
             if value.type.is_float:
                 return Known(-value.value, value.type)
-            return Known(_wrapped(-value.value, INT64), INT64)
+            return Known(-value.value, INT64)
         if value.type.is_float:
             return Number(value.type, self.op(f"fneg {self.flags}{value.type.llvm} {value.text}"))
         return self.binary(ast.Sub, Known(0), value)
 
     def inverted(self, value: Any) -> Any:
-        """Return an integer with all its bits changed; of a bool, the other."""
+        """Return an integer with all its bits changed."""
         value = self.number(value)
         if value.type.is_float:
             raise Untranslatable("~ needs an integer: write int(...)")
-        if value.type is BOOL and isinstance(value, Number):
-            return Number(BOOL, self.op(f"xor i1 {value.text}, true"))
+        if value.type is BOOL:
+            raise Untranslatable("~ of a bool is not known here: write not")
         value = self.wide(value)
         if isinstance(value, Known):
             return Known(_wrapped(~value.value, value.type), value.type)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import math
 import types
 from typing import Any
@@ -31,6 +32,7 @@ from carom.compiling.language import (
 )
 
 MOST_LOCAL = 4096  # numbers of an array on the stack
+MOST_UNKNOWN = 16  # if their number is not known while compiling: there is room for a place
 
 
 def element_type(dtype: np.dtype) -> Type:
@@ -125,6 +127,12 @@ class Arrays(Arithmetic):
         found = self.load(element_type(array.dtype), address)
         return self.truth(found) if array.dtype == np.bool_ else found
 
+    def write(self, array: Array, value: Any, address: str) -> None:
+        """Write an element of an array of numbers to its address."""
+        if array.dtype == np.bool_:
+            value = self.truth(self.number(value))
+        self.store(element_type(array.dtype), value, address)
+
     def item(self, value: Any, index: Any) -> Any:
         """Return what is in brackets: an element, a row, or a part of a tuple."""
         value, index = self.get(value), self.get(index)
@@ -140,21 +148,24 @@ class Arrays(Arithmetic):
             given = index.items if isinstance(index, Several) else [index]
             address = self.address(value, given)
             if len(given) < len(value.lengths):
-                return Array(value.dtype, address, value.lengths[len(given) :], value.local)
+                return value._replace(data=address, lengths=value.lengths[len(given) :])
             return self.read(value, address)
         if isinstance(value, Record) and isinstance(index, Known) and isinstance(index.value, str):
             return self.attribute(value, index.value)
+        if isinstance(value, Known) and isinstance(value.value, dict):
+            raise Untranslatable("a dictionary is not known here: write fields, or a tuple")
         raise Untranslatable(f"{described(value)} has no elements")
 
     def constant(self, value: Known) -> Any:
         """Return a tuple or an array that is known as a value with parts."""
         given = value.value
         if isinstance(given, tuple | list):
-            return Several(tuple, [Known(each) for each in given])
+            parts = [self.constant(Known(each)) if isinstance(each, tuple) else Known(each) for each in given]
+            return Several(type(given) if isinstance(given, tuple) else tuple, parts)
         if isinstance(given, np.ndarray):
             kind = element_type(given.dtype)
             name = self.module.constant(given, kind.llvm)
-            return Array(given.dtype, name, [Known(each) for each in given.shape])
+            return Array(given.dtype, name, [Known(each) for each in given.shape], constant=True)
         return value
 
     def part(self, several: Several, index: Any) -> Any:
@@ -211,6 +222,8 @@ class Arrays(Arithmetic):
         if name not in (record.dtype.fields or {}):
             raise Untranslatable(f"this record has no {name}")
         kind, offset = record.dtype.fields[name][:2]  # type: ignore[index]
+        if offset % kind.base.alignment or record.dtype.itemsize % kind.base.alignment:
+            raise Untranslatable(f"{name} is not aligned: make the type by np.dtype(..., align=True)")
         address = self.place(record.address)
         return kind, self.op(f"getelementptr i8, ptr {address}, i64 {offset}") if offset else address
 
@@ -221,10 +234,13 @@ class Arrays(Arithmetic):
             value = value.array
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
+            if name.startswith("_"):
+                raise Untranslatable(f"{name} is not known here: write the fields that you need")
             if name in fields:
                 return self.get(value.items[fields.index(name)])
             found = getattr(value.cls, name, None)
-            if isinstance(found, types.FunctionType):
+            static = isinstance(inspect.getattr_static(value.cls, name, None), staticmethod)
+            if isinstance(found, types.FunctionType) and not static:
                 return Bound(found, value)
             if found is not None:
                 return Known(found)
@@ -233,7 +249,7 @@ class Arrays(Arithmetic):
             kind, address = self.field(value, name)
             if kind.subdtype:
                 return Array(kind.base, address, [Known(each) for each in kind.shape])
-            return self.load(element_type(kind), address)
+            return self.read(Array(kind, address, []), address)
         if isinstance(value, Array):
             if name == "shape":
                 return Several(tuple, [self.get(each) for each in value.lengths])
@@ -241,6 +257,8 @@ class Arrays(Arithmetic):
                 return Known(len(value.lengths))
             if name == "size":
                 return self.total(value)
+            if name == "copy":
+                return Bound(name, value)
             raise Untranslatable(f".{name} of an array is not known here: write a loop")
         if isinstance(value, Known) and value.type is None:
             try:
@@ -276,9 +294,14 @@ class Arrays(Arithmetic):
         """Return an array on the stack, whose shape is known while compiling."""
         given = shape.items if isinstance(shape, Several) else [shape]
         lengths = [self.integer(each, "a length") for each in given]
-        if any(not isinstance(each, Known) or each.value < 0 for each in lengths):
-            raise Untranslatable("the size of an array must be known while compiling: write a number")
-        size = math.prod(each.value for each in lengths)
+        if len(lengths) == 1 and isinstance(lengths[0], Number):  # such as len(x)
+            size, given = MOST_UNKNOWN, self.text(lengths[0])
+            words = f"ValueError: an array of {{}} numbers; {size} at most if its size is not known while compiling"
+            self.fail_if(self.op(f"icmp ugt i64 {given}, {size}"), words, given)
+        elif any(not isinstance(each, Known) or each.value < 0 for each in lengths):
+            raise Untranslatable("the size of an array must be known while compiling: write numbers")
+        else:
+            size = math.prod(each.value for each in lengths)
         if size > MOST_LOCAL:
             raise Untranslatable(f"an array of {size} numbers is too large for a function: make it a field")
         if self.open_loops and self.careful:
@@ -289,25 +312,45 @@ class Arrays(Arithmetic):
             self.fill(array, fill)
         return array
 
-    def fill(self, array: Array, value: Any) -> None:
-        """Write a number, or the elements of another array in turn, to all elements."""
-        kind, value = element_type(array.dtype), self.get(value)
+    def fill(self, array: Array, value: Any, write: Any = None) -> None:
+        """Write a number, or the elements of a tuple or another array in turn, to all elements."""
+        if array.constant:
+            raise Untranslatable("an array that is known while compiling cannot be written to")
+        write, value = write or (lambda address, each: self.write(array, each, address)), self.get(value)
+        if isinstance(value, Array | Several):
+            self._alike_in_length(array, value)
         if isinstance(value, Several):
-            if len(array.lengths) != 1:
-                raise Untranslatable("a tuple fills an array of one dimension: write a loop")
             for k, each in enumerate(value.items):
-                self.store(kind, each, self.address(array, [Known(k)]))
+                write(self.element(array, Known(k)), each)
             return
         if not isinstance(value, Array):
-            value = self.cast(value, kind)
-        elif len(value.lengths) != len(array.lengths):
-            raise Untranslatable("arrays of different dimensions: write a loop")
+            value = self.number(value)
 
         def one(k: Number) -> None:
             each = self.read(value, self.element(value, k)) if isinstance(value, Array) else value
-            self.store(kind, each, self.element(array, k))
+            write(self.element(array, k), each)
 
         self.count_up(Known(0), self.total(array), Known(1), one)
+
+    def _alike_in_length(self, array: Array, value: Any) -> None:
+        """See that an array can take all values of a tuple or an array, and none before another is read."""
+        lengths = value.lengths if isinstance(value, Array) else [Known(len(value.items))]
+        if len(lengths) != len(array.lengths):
+            raise Untranslatable("these have different dimensions: write a loop")
+        for have, want in zip(map(self.get, lengths), map(self.get, array.lengths), strict=True):
+            differ = self.compare(ast.NotEq, have, want)
+            if not isinstance(differ, Known):
+                words = "ValueError: {} values in the place of {}"
+                self.fail_if(differ.text, words, self.text(have), self.text(want))
+            elif differ.value:
+                raise Untranslatable(f"{have.value} values in the place of {want.value}")
+        if isinstance(value, Array) and self.careful:
+            here, there = (self.op(f"ptrtoint ptr {self.place(each.data)} to i64") for each in (array, value))
+            size = self.text(self.binary(ast.Mult, self.total(array), Known(array.dtype.itemsize)))
+            behind = self.op(f"sub i64 {here}, {there}")
+            inside = self.op(f"icmp ult i64 {self.op(f'sub i64 {behind}, 1')}, {size}")
+            within = self.op(f"and i1 {inside}, {self.op(f'icmp ult i64 {behind}, {size}')}")
+            self.fail_if(within, "ValueError: one part of an array in the place of another: write a loop")
 
     def count_up(self, start: Any, stop: Any, step: Any, body: Any, again: str = "") -> None:
         """Translate a loop over numbers; ``body`` gets the counter, and ``again`` is where it goes on."""
@@ -335,6 +378,11 @@ class Arrays(Arithmetic):
         self.jump(again)
         if again in self.targets:
             self.start(again)
+            if self.careful and abs(step.value) > 1:  # the next one may need more than 64 bits
+                more, way = self.label(), (stop, k) if step.value > 0 else (k, stop)
+                left = self.op(f"sub i64 {self.text(way[0])}, {self.text(way[1])}")
+                self.branch(self.op(f"icmp ugt i64 {left}, {abs(step.value)}"), more, end)
+                self.start(more)
             following = self.op(f"add i64 {k.text}, {self.text(self.cast(step, both))}")
             self.emit(f"store i64 {following}, ptr {counter}")
             self.jump(top)

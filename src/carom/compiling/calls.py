@@ -55,7 +55,9 @@ class Scope:
         self.names: dict[str, Any] = {}
         self.in_slots: set[str] = set()
         self.returns: list[tuple[str, Any, list[str]]] = []  # block, value, and room for lines before its end
-        self.loops: list[tuple[str, str]] = []  # where break and continue go
+        self.sure: set[str] = set()  # names that have a value, whichever way was taken
+        # Where break and continue go, and the names that have a value there.
+        self.loops: list[tuple[str, str, list[set[str]], list[set[str]]]] = []
         self.depth = 0  # branches and loops in which the statement at hand is
 
 
@@ -96,7 +98,7 @@ class Calls(Arrays):
             return Several(value.cls, parts)
         if isinstance(value, Array):
             lengths = [self.slot_for(scope, f"{name}.{k}", self.get(n)) for k, n in enumerate(value.lengths)]
-            return Array(value.dtype, Slot(POINTER, self.alloca("ptr")), lengths, value.local)
+            return value._replace(data=Slot(POINTER, self.alloca("ptr")), lengths=lengths)
         if isinstance(value, Record):
             return Record(value.dtype, Slot(POINTER, self.alloca("ptr")))
         return value
@@ -108,7 +110,7 @@ class Calls(Arrays):
             kind = joined(slot.type, value.type)
             if isinstance(value, Known) and value.type is INT64 and value.value >= 0 and slot.type is UINT64:
                 kind = UINT64
-            if kind is None:
+            if kind is None or (self.careful and slot.type is INT64 and kind is UINT64):
                 raise Untranslatable(
                     f"{name.partition('.')[0]} was a {slot.type}, and is a {value.type} here: give it another name"
                 )
@@ -132,6 +134,7 @@ class Calls(Arrays):
     def bind(self, scope: Scope, name: str, value: Any) -> None:
         """Let a name stand for a value from here on."""
         value = self.get(value)
+        scope.sure.add(name)
         if name in scope.in_slots:
             if scope.depth > 0 or _fits(scope.names[name], value):
                 self.put(scope, name, scope.names[name], value)
@@ -188,7 +191,7 @@ class Calls(Arrays):
         if isinstance(first, Array):
             data = pointer(lambda x: x.data)
             lengths = [part(lambda x, k=k: x.lengths[k]) for k in range(len(first.lengths))]
-            return Array(first.dtype, data, lengths, any(each.local for each in values))
+            return Array(first.dtype, data, lengths, any(each.local for each in values), first.constant)
         raise Untranslatable(f"this is {described(first)} or another: let both be alike")
 
     def _merged_numbers(self, ways: list[tuple[str, Any, list[str]]]) -> Number:
@@ -260,6 +263,8 @@ class Calls(Arrays):
             return self.viewed(bound.owner, target)
         if bound.function == "item":
             return bound.owner
+        if bound.function == "copy":
+            return self.local_array(Several(tuple, bound.owner.lengths), bound.owner.dtype, bound.owner)
         return self.invoke(bound.function, [bound.owner, *arguments], {})
 
     def _made(self, cls: type, arguments: list[Any], named: dict[str, Any]) -> Any:
@@ -269,9 +274,6 @@ class Calls(Arrays):
             if len(arguments) != 1 or named:
                 raise Untranslatable(f"{cls.__name__} takes one number here")
             value = self.number(arguments[0])
-            if isinstance(value, Known) and value.type.is_float and not kind.is_float and kind is not BOOL:
-                if not np.isfinite(value.value):
-                    raise Untranslatable(f"{value.value} is no integer")
             return self.cast(value, kind)
         if issubclass(cls, tuple):
             fields = getattr(cls, "_fields", None)
@@ -290,13 +292,16 @@ class Calls(Arrays):
 
     def _foreign(self, function: Any, arguments: list[Any]) -> Any:
         """Return what a function compiled by Numba gives: its address is a word of the context."""
-        arguments = [each if each.type.is_float else self.wide(each) for each in arguments]
+        arguments = [each if each.type.is_float or each.type is BOOL else self.wide(each) for each in arguments]
         kinds = tuple(each.type for each in arguments)
         place, result = self.module.foreign_function(function, kinds)
-        given = ", ".join(f"{each.type.llvm} {self.text(each)}" for each in arguments)
-        address = self.leaf(Leaf(place, POINTER))
-        raw = self.op(f"call {'i8' if result is BOOL else result.llvm} {address}({given})")
-        return self.truth(Number(OF_CLASS[np.uint8], raw)) if result is BOOL else Number(result, raw)
+        octet = OF_CLASS[np.uint8]  # what C has for a bool
+        arguments = [self.cast(each, octet) if each.type is BOOL else each for each in arguments]
+        given = "".join(f", {each.type.llvm} {self.text(each)}" for each in arguments)
+        address, fault = self.leaf(Leaf(place, POINTER)), self.leaf(Leaf(0, POINTER))
+        raw = self.op(f"call {'i8' if result is BOOL else result.llvm} {address}(ptr {fault}{given})")
+        self.leave_if_failed()
+        return self.truth(Number(octet, raw)) if result is BOOL else Number(result, raw)
 
     def invoke(self, function: Any, arguments: list[Any], named: dict[str, Any], cold: bool = False) -> Any:
         """Write a function of Python here, or call it where it is cold."""
@@ -346,6 +351,8 @@ class Calls(Arrays):
             try:
                 result = self._written(scope, values, rest)
                 break
+            except Untranslatable as error:
+                raise error.at(function, plan.path, function.__code__.co_firstlineno) from error.__cause__
             except Widened as need:
                 if need.scope is not scope or wide.get(need.name) is need.kind:
                     raise
@@ -371,6 +378,7 @@ class Calls(Arrays):
             scope.names[name] = value
         if plan.rest:
             scope.names[plan.rest] = Several(tuple, rest)
+        scope.sure = {*scope.names}
         self.statements(scope, plan.body)
         if not self.dead:
             scope.returns.append(self.held(NONE, scope.exit))
@@ -430,7 +438,7 @@ class Calls(Arrays):
                 return Record(value.dtype, parameter("ptr"))
             if isinstance(value, Array):
                 data = value.data if isinstance(value.data, Leaf) else parameter("ptr")
-                return Array(value.dtype, data, [within(each) for each in value.lengths], value.local)
+                return value._replace(data=data, lengths=[within(each) for each in value.lengths])
             return value
 
         result = inside.inline(plan_of(function), [within(each) for each in values])
@@ -504,7 +512,7 @@ def _alike(a: Any, b: Any) -> bool:
         same = a.cls is b.cls and len(a.items) == len(b.items)
         return same and all(_alike(x, y) for x, y in zip(a.items, b.items, strict=True))
     if isinstance(a, Array) and isinstance(b, Array):
-        return a.dtype == b.dtype and len(a.lengths) == len(b.lengths)
+        return (a.dtype, len(a.lengths), a.constant) == (b.dtype, len(b.lengths), b.constant)
     if isinstance(a, Record) and isinstance(b, Record):
         return a.dtype == b.dtype
     if isinstance(a, Known) and a.type is None:
@@ -535,5 +543,5 @@ def _static(value: Any) -> Any:
         return (value.cls, *map(_static, value.items))
     if isinstance(value, Array):
         data = value.data if isinstance(value.data, Leaf) else None
-        return ("array", value.dtype, data, value.local, *map(_static, value.lengths))
+        return ("array", value.dtype, data, value.local, value.constant, *map(_static, value.lengths))
     return object()  # nothing that another call could have, too

@@ -158,7 +158,11 @@ class Translated:
         writer.stack = []
         result = writer.invoke(function, given, {})
         self.count = 0
-        answer = self._written(writer, writer.get(result)) if not writer.dead else None
+        try:
+            answer = self._written(writer, writer.get(result)) if not writer.dead else None
+        except Untranslatable as error:
+            code = function.__code__
+            raise error.at(function, code.co_filename, code.co_firstlineno) from None
         if not writer.dead:
             writer.emit("ret void")
         writer.finish("void", [], "dso_local", "nounwind")

@@ -13,6 +13,7 @@ import numpy as np
 from carom.compiling.calls import FUNCTIONS, Calls
 from carom.compiling.faults import Untranslatable
 from carom.compiling.language import (
+    FLOAT32,
     FLOAT64,
     INT32,
     INT64,
@@ -96,7 +97,9 @@ def _intrinsic(name: str, fold: Callable[[float], float]) -> Handler:
 
     def handler(self: Calls, value: Any) -> Any:
         value = self.number(value)
-        if isinstance(value, Known) and not (name == "sqrt" and value.value < 0):
+        if not value.type.is_float and name in ("floor", "ceil", "trunc"):
+            return self.wide(value)
+        if isinstance(value, Known) and value.type is not FLOAT32 and not (name == "sqrt" and value.value < 0):
             return Known(float(fold(float(value.value))), FLOAT64)
         if not value.type.is_float:
             value = self.cast(self.wide(value), FLOAT64)
@@ -109,15 +112,17 @@ floor = _intrinsic("floor", np.floor)
 absolute_float = _intrinsic("fabs", abs)
 FUNCTIONS[np.floor], FUNCTIONS[np.ceil] = floor, _intrinsic("ceil", np.ceil)
 FUNCTIONS[np.trunc], FUNCTIONS[np.rint] = _intrinsic("trunc", np.trunc), _intrinsic("rint", np.rint)
-FUNCTIONS[np.sqrt] = FUNCTIONS[math.sqrt] = _intrinsic("sqrt", np.sqrt)
-FUNCTIONS[math.fabs] = absolute_float
+FUNCTIONS[np.sqrt] = _intrinsic("sqrt", np.sqrt)
+for _python, _numpy in ((math.sqrt, FUNCTIONS[np.sqrt]), (math.fabs, absolute_float)):
+    FUNCTIONS[_python] = lambda self, x, of=_numpy: of(self, self.cast(self.wide(x), FLOAT64))
 for _python, _numpy in ((math.floor, np.floor), (math.ceil, np.ceil), (math.trunc, np.trunc)):
     FUNCTIONS[_python] = lambda self, value, whole=FUNCTIONS[_numpy]: self.cast(whole(self, value), INT64)
 
 
 @compiled_as(round)
 def _round(self: Calls, value: Any) -> Any:
-    return self.cast(FUNCTIONS[np.rint](self, value), INT64)
+    value = self.wide(value)
+    return self.cast(FUNCTIONS[np.rint](self, value), INT64) if value.type.is_float else value
 
 
 @compiled_as(abs, np.abs)
@@ -194,9 +199,14 @@ def _divmod(self: Calls, x: Any, y: Any) -> Any:
     return Several(tuple, [self.binary(ast.FloorDiv, x, y), self.binary(ast.Mod, x, y)])
 
 
-@compiled_as(pow, math.pow)
+@compiled_as(pow, np.power)
 def _pow(self: Calls, x: Any, y: Any) -> Any:
     return self.binary(ast.Pow, x, y)
+
+
+@compiled_as(math.pow)
+def _float_pow(self: Calls, x: Any, y: Any) -> Any:
+    return self.binary(ast.Pow, self.cast(self.wide(x), FLOAT64), self.cast(self.wide(y), FLOAT64))
 
 
 def _of_library(name: str, count: int = 1) -> Handler:
@@ -204,7 +214,7 @@ def _of_library(name: str, count: int = 1) -> Handler:
 
     def handler(self: Calls, *given: Any) -> Any:
         if len(given) != count:
-            raise Untranslatable(f"{name} takes {count} numbers")
+            raise Untranslatable(f"{name} takes {count} number{'s' * (count > 1)} here")
         return self.call_external(name, FLOAT64, [self.cast(self.wide(each), FLOAT64) for each in given])
 
     return handler
@@ -245,7 +255,6 @@ FUNCTIONS[math.atan2] = FUNCTIONS[np.arctan2] = _of_library("atan2", 2)
 FUNCTIONS[math.hypot] = FUNCTIONS[np.hypot] = _of_library("hypot", 2)
 FUNCTIONS[math.fmod] = FUNCTIONS[np.fmod] = _of_library("fmod", 2)
 FUNCTIONS[math.nextafter] = FUNCTIONS[np.nextafter] = _of_library("nextafter", 2)
-FUNCTIONS[np.power] = _pow
 
 
 @compiled_as(math.copysign, np.copysign)
@@ -257,8 +266,7 @@ def _copysign(self: Calls, x: Any, y: Any) -> Any:
 @compiled_as(math.ldexp, np.ldexp)
 def _ldexp(self: Calls, x: Any, exponent: Any) -> Any:
     x, exponent = self.cast(self.wide(x), FLOAT64), self.integer(exponent, "an exponent")
-    if isinstance(exponent, Known):
-        exponent = Known(max(min(exponent.value, 5000), -5000))
+    exponent = FUNCTIONS[max](self, FUNCTIONS[min](self, exponent, Known(5000)), Known(-5000))
     return self.call_external("ldexp", FLOAT64, [x, self.cast(exponent, INT32)])
 
 
@@ -338,8 +346,8 @@ def _full(self: Calls, shape: Any, fill: Any, dtype: Any = None) -> Any:
 @compiled_as(np.array)
 def _array(self: Calls, values: Any, dtype: Any = None) -> Any:
     given = [self.number(each) for each in several(self, values)]
-    floats = not given or any(each.type.is_float for each in given)
-    kind = _dtype(dtype) if dtype is not None else np.dtype(np.float64 if floats else np.int64)
+    names = {each.type.name for each in given}
+    kind = np.result_type(*names or {"float64"}) if dtype is None else _dtype(dtype)
     return self.local_array(Known(len(given)), kind, Several(tuple, list(given)))
 
 
@@ -348,6 +356,11 @@ def _zeros_like(self: Calls, array: Any) -> Any:
     if isinstance(array, Lined) or not isinstance(array, Array):
         raise Untranslatable(f"{described(array)} is no array")
     return self.local_array(Several(tuple, list(array.lengths)), array.dtype, Known(0))
+
+
+@compiled_as(np.copy)
+def _copied(self: Calls, array: Any) -> Any:
+    return self.call(self.attribute(array, "copy"), [], {})
 
 
 @compiled_as(np.dtype)

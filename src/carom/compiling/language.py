@@ -54,7 +54,7 @@ class Known:
     __slots__ = ("type", "value")
 
     def __init__(self, value: Any, type: Type | None = None):
-        if isinstance(value, enum.Enum) and isinstance(value.value, int):
+        if isinstance(value, enum.Enum) and isinstance(value, int):
             value = value.value
         if type is None and isinstance(value, (np.generic, bool, int, float)):
             if isinstance(value, np.generic):
@@ -119,6 +119,7 @@ class Array(NamedTuple):
     data: Any
     lengths: list  # numbers, one a dimension
     local: bool = False  # whether it lies on the stack of the function
+    constant: bool = False  # whether it is known while compiling, and not to be written
 
 
 class Record(NamedTuple):

@@ -12,20 +12,35 @@ from carom.compiling.language import BOOL, NUMBERS, Type
 _KEPT: list[Any] = []  # what holds the code of functions that Numba has compiled
 
 
-def _compiled_by_numba(function: Any, kinds: tuple[Type, ...]) -> tuple[Any, Type]:
+CALL = """
+def call(fault, {names}):
+    try:
+        return kind(function({names}))
+    except Exception:
+        carray(fault, 1)[0] = number
+        return kind(0)
+"""
+"""What C calls: an error of Numba's would be printed, and forgotten."""
+
+
+def _compiled_by_numba(function: Any, kinds: tuple[Type, ...], number: int) -> tuple[Any, Type]:
     """Return a function compiled by Numba as one that C can call, and the type of its result."""
     import numba
 
-    names = [f"x{k}" for k in range(len(kinds))]
-    call = eval(f"lambda {', '.join(names)}: function({', '.join(names)})", {"function": function})
-    given = [getattr(numba, "boolean" if kind is BOOL else kind.name) for kind in kinds]
+    def named(kind: Type) -> Any:
+        return getattr(numba, "boolean" if kind is BOOL else kind.name)
+
+    given = tuple(map(named, kinds))
     try:
-        function.compile(tuple(given))
-        result = str(function.overloads[tuple(given)].signature.return_type)
+        function.compile(given)
+        result = str(numba.types.unliteral(function.overloads[given].signature.return_type))
         kind = {"bool": BOOL}.get(result) or {each.name: each for each in NUMBERS}.get(result)
         if kind is None:
             raise Untranslatable(f"{function.__name__} gives {result}, expected a number")
-        return numba.cfunc(getattr(numba, "boolean" if kind is BOOL else kind.name)(*given))(call), kind
+        scope = {"function": function, "kind": named(kind), "number": number, "carray": numba.carray}
+        exec(CALL.format(names=", ".join(f"x{k}" for k in range(len(kinds)))), scope)
+        pointer = numba.types.CPointer(numba.int64)
+        return numba.cfunc(named(kind)(pointer, *given))(scope["call"]), kind
     except numba.NumbaError as error:
         raise Untranslatable(f"Numba cannot compile {function.__name__}") from error
 
@@ -64,7 +79,8 @@ class Module:
         for k, (key, _, result) in enumerate(self.foreign):
             if key == (function, kinds):
                 return self.size + k, result
-        compiled, result = _compiled_by_numba(function, kinds)
+        number = self.fault(f"RuntimeError: {function.__name__}, which Numba has compiled, has raised an error")
+        compiled, result = _compiled_by_numba(function, kinds, number)
         self.foreign.append(((function, kinds), compiled.address, result))
         _KEPT.append(compiled)
         return self.size + len(self.foreign) - 1, result

@@ -31,7 +31,7 @@ def lines_of(path: str) -> str:
 def _is_current(code: types.CodeType, text: str) -> bool:
     """Tell whether a file that was edited since this process began still says what it imported of it."""
     with suppress(OSError):
-        if os.stat(code.co_filename).st_mtime < _BEGAN:
+        if code.co_filename != "<string>" and os.stat(code.co_filename).st_mtime < _BEGAN:
             return True
         waiting = [compile(text, code.co_filename, "exec")]
         while waiting:
@@ -72,8 +72,8 @@ class Plan:
         node = tree_of(code)
         if node is None:
             raise Untranslatable(
-                f"the source of {function.__qualname__} is not to be had, or was edited since: write it in a file or "
-                "a notebook, and start again",
+                f"the source of {function.__qualname__} is not to be had, has two lambdas in this line, or was edited "
+                "since: write it in a file or a notebook, and start again",
                 function,
             )
         given = node.args

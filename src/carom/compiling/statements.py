@@ -97,10 +97,10 @@ class Translator(Calls):
 
     def of_Name(self, scope: Scope, node: ast.Name) -> Any:
         """Return what a name stands for."""
-        if node.id in scope.names:
+        if node.id in scope.names and (node.id in scope.sure or not self.careful):
             return scope.names[node.id]
         if node.id in scope.plan.assigned:
-            raise Untranslatable(f"{node.id} has no value here")
+            raise Untranslatable(f"{node.id} has no value here, or not always: give it one before")
         found = Known(scope.plan.lookup(node.id))
         return self.constant(found) if isinstance(found.value, tuple) else found
 
@@ -140,11 +140,13 @@ class Translator(Calls):
         if not isinstance(count, Known):
             below = self.op(f"icmp slt i64 {count.text}, 0")
             count = Number(INT64, self.choose(below, "0", count.text), natural=True)
+        elif count.value < 0:
+            count = Known(0)
         start = low
         for each in value.lengths[1:]:
             start = self.binary(ast.Mult, start, each)
         address = self.element(value, self.cast(start, INT64))
-        return Array(value.dtype, address, [count, *value.lengths[1:]], value.local)
+        return value._replace(data=address, lengths=[count, *value.lengths[1:]])
 
     def _end(self, end: Any, length: Any) -> Any:
         """Return an end of a part as Python takes it: from the end if negative, and within the array."""
@@ -181,12 +183,12 @@ class Translator(Calls):
 
     def of_UnaryOp(self, scope: Scope, node: ast.UnaryOp) -> Any:
         """Return the result of an operation of one value."""
-        value = self.expr(scope, node.operand)
         if isinstance(node.op, ast.Not):
-            value = self.truth(value)
+            value = self.condition(scope, node.operand)
             if isinstance(value, Known):
                 return Known(not value.value)
             return Number(BOOL, self.op(f"xor i1 {value.text}, true"))
+        value = self.expr(scope, node.operand)
         if isinstance(node.op, ast.UAdd):
             return self.wide(value)
         return self.negative(value) if isinstance(node.op, ast.USub) else self.inverted(value)
@@ -205,8 +207,21 @@ class Translator(Calls):
         return self._decided(True, [lambda k=k: link(k) for k in range(len(node.ops))])
 
     def of_BoolOp(self, scope: Scope, node: ast.BoolOp) -> Any:
-        """Return what and or or gives, a bool: the second is looked at only where it matters."""
-        ways = [lambda each=each: self.expr(scope, each) for each in node.values]
+        """Return what and or or gives for bools; the second is looked at only where it matters."""
+
+        def way(each: Any) -> Any:
+            value = self.expr(scope, each)
+            if getattr(value, "type", None) is not BOOL:
+                raise Untranslatable(f"and and or join bools here, found {described(value)}: write a if b else c")
+            return value
+
+        return self._decided(isinstance(node.op, ast.And), [lambda each=each: way(each) for each in node.values])
+
+    def condition(self, scope: Scope, node: Any) -> Any:
+        """Return the truth of an expression; and and or may join anything there."""
+        if not isinstance(node, ast.BoolOp):
+            return self.truth(self.expr(scope, node))
+        ways = [lambda each=each: self.condition(scope, each) for each in node.values]
         return self._decided(isinstance(node.op, ast.And), ways)
 
     def _decided(self, is_and: bool, ways: list[Any]) -> Any:
@@ -236,7 +251,7 @@ class Translator(Calls):
 
     def of_IfExp(self, scope: Scope, node: ast.IfExp) -> Any:
         """Return one of two values."""
-        condition = self.truth(self.expr(scope, node.test))
+        condition = self.condition(scope, node.test)
         if isinstance(condition, Known):
             return self.expr(scope, node.body if condition.value else node.orelse)
         yes, no, end = self.label(), self.label(), self.label()
@@ -284,19 +299,17 @@ class Translator(Calls):
         """Leave all functions; the caller raises what is written here."""
         error, words = node.exc, ""
         if isinstance(error, ast.Call):
-            if error.args:
-                told = error.args[0]
-                words = told.value if isinstance(told, ast.Constant) else ast.unparse(told).strip("f'\"")
+            words = _told(error.args[0]) if error.args else ""
             error = error.func
         name = ast.unparse(error).rpartition(".")[2] if error is not None else "RuntimeError"
-        self.fail(f"{name}: {words}".replace("{", "(").replace("}", ")"))
+        self.fail(f"{name}: {words}")
 
     def do_Assert(self, scope: Scope, node: ast.Assert) -> None:
         """Leave all functions unless something holds."""
-        held = self.truth(self.expr(scope, node.test))
-        words = ast.unparse(node.msg).strip("f'\"") if node.msg else ast.unparse(node.test)
+        held = self.condition(scope, node.test)
+        words = _told(node.msg or node.test)
         failed = self.op(f"xor i1 {self.text(held)}, true")
-        self.fail_if(failed, f"AssertionError: {words}".replace("{", "(").replace("}", ")"))
+        self.fail_if(failed, f"AssertionError: {words}")
 
     def do_Assign(self, scope: Scope, node: ast.Assign) -> None:
         """Give names, fields and elements a value."""
@@ -317,7 +330,10 @@ class Translator(Calls):
             if isinstance(value, Array) and isinstance(self.get(value.lengths[0]), Known):
                 value = Several(tuple, [self.item(value, Known(k)) for k in range(value.lengths[0].value)])
             if not isinstance(value, Several) or len(value.items) != len(target.elts):
-                raise Untranslatable(f"{len(target.elts)} names for {described(value)}")
+                raise Untranslatable(
+                    f"{len(target.elts)} names for {described(value)}"
+                    + (", whose length is not known here: write [0]" if isinstance(value, Array) else "")
+                )
             for each, part in zip(target.elts, value.items, strict=True):
                 self.assign(scope, each, part)
         elif isinstance(target, ast.Name):
@@ -346,8 +362,8 @@ class Translator(Calls):
         Without one ``value`` is known already; with one it is an expression, which comes after what is there.
         """
         array = self.expr(scope, node.value)
-        if not isinstance(array, Array):
-            raise Untranslatable(f"{described(array)} cannot be written to: let it be an array")
+        if not isinstance(array, Array) or array.constant:
+            raise Untranslatable(f"{described(array)} cannot be written to: let it be an array of the model")
         if array.dtype.names:
             raise Untranslatable("a record is written field by field")
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
@@ -357,11 +373,11 @@ class Translator(Calls):
             if len(index) == 1 and isinstance(index[0], Several):
                 index = index[0].items
             if len(index) == len(array.lengths):
-                kind, address = element_type(array.dtype), self.address(array, index)
+                address = self.address(array, index)
                 if operation is not None:
-                    before = self.load(kind, address)
+                    before = self.read(array, address)
                     value = self.binary(operation, before, self.expr(scope, value))
-                return self.store(kind, value, address)
+                return self.write(array, value, address)
             array = self.item(array, Several(tuple, index))
         elif len(parts) == 1:
             array = self._cut(scope, array, parts[0])
@@ -369,7 +385,7 @@ class Translator(Calls):
             value = self.expr(scope, value)
         if len(parts) == 1 or not cuts:
             return self._assign_all(array, value, operation)
-        if len(cuts) > 1 or len(parts) != len(array.lengths) or isinstance(value, Array | Several):
+        if len(cuts) > 1 or parts[cuts[0]].step or len(parts) != len(array.lengths) or isinstance(value, Array | Several):
             raise Untranslatable("these parts of an array are not known here: write a loop")
         cut = parts[cuts[0]]
         given = [None if isinstance(each, ast.Slice) else self.expr(scope, each) for each in parts]
@@ -385,21 +401,13 @@ class Translator(Calls):
 
     def _write(self, array: Array, address: str, value: Any, operation: type | None) -> None:
         """Write a number to an element, or what an operation gives of both."""
-        kind = element_type(array.dtype)
         if operation is not None:
-            value = self.binary(operation, self.load(kind, address), value)
-        self.store(kind, value, address)
+            value = self.binary(operation, self.read(array, address), value)
+        self.write(array, value, address)
 
     def _assign_all(self, array: Array, value: Any, operation: type | None) -> None:
         """Write to all elements of an array."""
-        if operation is None:
-            return self.fill(array, value)
-
-        def one(k: Any) -> None:
-            each = self.read(value, self.element(value, k)) if isinstance(value, Array) else value
-            self._write(array, self.element(array, k), each, operation)
-
-        return self.count_up(Known(0), self.total(array), Known(1), one)
+        self.fill(array, value, lambda address, each: self._write(array, address, each, operation))
 
     def do_AugAssign(self, scope: Scope, node: ast.AugAssign) -> None:
         """Change a name, a field or elements by an operation."""
@@ -418,20 +426,29 @@ class Translator(Calls):
 
     def do_If(self, scope: Scope, node: ast.If) -> None:
         """Translate the branch that is taken, or both."""
-        condition = self.truth(self.expr(scope, node.test))
+        condition = self.condition(scope, node.test)
         if isinstance(condition, Known):
             return self.statements(scope, node.body if condition.value else node.orelse)
         yes, no, end = self.label(), self.label(), self.label()
         self.branch(condition.text, yes, no)
         scope.depth += 1
+        before, ways = scope.sure, []
         for label, body in ((yes, node.body), (no, node.orelse)):
             self.start(label)
+            scope.sure = {*before}
             self.statements(scope, body)
+            if not self.dead:
+                ways.append(scope.sure)
             self.jump(end)
         scope.depth -= 1
-        if end in self.targets:
-            self.start(end)
+        self._together(scope, end, ways)
         return None
+
+    def _together(self, scope: Scope, label: str, ways: list[set[str]]) -> None:
+        """Go on where several ways meet, if there is one: with the names that have a value on all of them."""
+        if ways:
+            self.start(label)
+            scope.sure = set.intersection(*ways)
 
     def do_While(self, scope: Scope, node: ast.While) -> None:
         """Translate a loop with a condition."""
@@ -439,14 +456,15 @@ class Translator(Calls):
         self.jump(top)
         self.start(top)
         scope.depth += 1
-        condition = self.truth(self.expr(scope, node.test))
+        condition, before = self.condition(scope, node.test), {*scope.sure}
+        breaks: list[set[str]] = []
         if isinstance(condition, Known):
             self.jump(inside if condition.value else otherwise)
         else:
             self.branch(condition.text, inside, otherwise)
         if inside in self.targets:
             self.start(inside)
-            scope.loops.append((end, top))
+            scope.loops.append((end, top, breaks, []))
             self.open_loops += 1
             self.statements(scope, node.body)
             self.open_loops -= 1
@@ -454,25 +472,34 @@ class Translator(Calls):
             self.jump(top)
         if otherwise in self.targets:
             self.start(otherwise)
-            self.statements(scope, node.orelse)
-            self.jump(end)
+            scope.sure = before
+            self._otherwise(scope, node, end, breaks)
         scope.depth -= 1
-        if end in self.targets:
-            self.start(end)
+        self._together(scope, end, breaks)
+
+    def _otherwise(self, scope: Scope, node: Any, end: str, ways: list[set[str]]) -> None:
+        """Translate what follows a loop that was not left."""
+        self.statements(scope, node.orelse)
+        if not self.dead:
+            ways.append(scope.sure)
+        self.jump(end)
 
     def do_Break(self, scope: Scope, node: ast.Break) -> None:
         """Leave a loop."""
+        scope.loops[-1][2].append(scope.sure)
         self.jump(scope.loops[-1][0])
 
     def do_Continue(self, scope: Scope, node: ast.Continue) -> None:
         """Go on with the next round."""
+        scope.loops[-1][3].append(scope.sure)
         self.jump(scope.loops[-1][1])
 
     def do_For(self, scope: Scope, node: ast.For) -> None:
         """Translate a loop over a range, the parts of a tuple, or the elements of an array."""
         end, leaves = self.label(), _leaves(node.body)
+        breaks: list[set[str]] = []
         given = node.iter
-        if isinstance(given, ast.Call) and isinstance(given.func, ast.Name) and given.func.id == "range":
+        if isinstance(given, ast.Call) and _is_range(self.expr(scope, given.func)):
             if not given.args or len(given.args) > 3 or given.keywords:
                 raise Untranslatable("range takes one to three numbers")
             ends = [self.integer(each, "the end of a range") for each in self._values(scope, given.args)]
@@ -483,47 +510,53 @@ class Translator(Calls):
             rounds = (
                 range(start.value, stop.value, step.value) if known and step.value else range(UNROLLED + 1)
             )
-            few = len(rounds) <= UNROLLED and not _is_over_lanes(node)
+            few = not rounds[UNROLLED:] and not _is_over_lanes(node)
             if known and step.value and few:
                 kind = UINT64 if UINT64 is start.type is stop.type else INT64
-                self._written_out(scope, node, [Known(k, kind) for k in rounds], end, leaves)
+                self._written_out(scope, node, [Known(k, kind) for k in rounds], end, leaves, breaks)
             else:
-                self._counted(scope, node, start, stop, step, end, lambda k: k)
+                self._counted(scope, node, start, stop, step, end, breaks, lambda k: k)
         else:
             value = self.expr(scope, given)
             if isinstance(value, Known):
                 value = self.constant(value)
             if isinstance(value, Several):
-                self._written_out(scope, node, value.items, end, leaves)
+                self._written_out(scope, node, value.items, end, leaves, breaks)
             elif isinstance(value, Array):
                 count = self.cast(self.length(value), INT64)
-                self._counted(scope, node, Known(0), count, Known(1), end, lambda k: self.item(value, k))
+                self._counted(
+                    scope, node, Known(0), count, Known(1), end, breaks, lambda k: self.item(value, k)
+                )
             else:
                 raise Untranslatable(f"a loop over {described(value)} is not known here: write range(...)")
         if not self.dead:
-            self.statements(scope, node.orelse)
-            self.jump(end)
-        if end in self.targets:
-            self.start(end)
+            self._otherwise(scope, node, end, breaks)
+        self._together(scope, end, breaks)
 
-    def _written_out(self, scope: Scope, node: ast.For, values: list[Any], end: str, leaves: bool) -> None:
+    def _written_out(
+        self, scope: Scope, node: ast.For, values: list[Any], end: str, leaves: bool, breaks: list[set[str]]
+    ) -> None:
         """Write the body of a loop once for each value."""
         scope.depth += leaves
         for each in values:
             again = self.label()
             self._bind_each(scope, node.target, each)
-            scope.loops.append((end, again))
+            ways: list[set[str]] = []
+            scope.loops.append((end, again, breaks, ways))
             self.statements(scope, node.body)
             scope.loops.pop()
+            if not self.dead:
+                ways.append(scope.sure)
             self.jump(again)
-            if again not in self.targets:
+            self._together(scope, again, ways)
+            if not ways:
                 break
-            self.start(again)
         scope.depth -= leaves
 
     def _bind_each(self, scope: Scope, target: Any, value: Any) -> None:
         """Let the target of a loop stand for a value: one that only counts needs no place."""
         if isinstance(target, ast.Name) and target.id in scope.plan.counters:
+            scope.sure.add(target.id)
             scope.names[target.id] = self.get(value)
             return
         if isinstance(target, ast.Tuple) and isinstance(self.get(value), Several):
@@ -533,25 +566,46 @@ class Translator(Calls):
         self.assign(scope, target, value)
 
     def _counted(
-        self, scope: Scope, node: ast.For, start: Any, stop: Any, step: Any, end: str, each: Any
+        self,
+        scope: Scope,
+        node: ast.For,
+        start: Any,
+        stop: Any,
+        step: Any,
+        end: str,
+        breaks: list[set[str]],
+        each: Any,
     ) -> None:
         """Translate a loop that is counted while it runs."""
-        again = self.label()
+        again, before = self.label(), {*scope.sure}
         scope.depth += 1
 
         def body(k: Any) -> None:
             self._bind_each(scope, node.target, each(k))
-            scope.loops.append((end, again))
+            scope.loops.append((end, again, breaks, []))
             self.statements(scope, node.body)
             scope.loops.pop()
 
         self.count_up(start, stop, step, body, again)
+        scope.sure = before
         scope.depth -= 1
 
 
 def _leaves(body: list[Any]) -> bool:
     """Tell whether a loop may be left, or a round cut short."""
     return any(isinstance(each, ast.Break | ast.Continue) for part in body for each in ast.walk(part))
+
+
+def _told(node: Any) -> str:
+    """Return what an error says; numbers are told by their names."""
+    parts = node.values if isinstance(node, ast.JoinedStr) else [node]
+    parts = [each.value if isinstance(each, ast.FormattedValue) else each for each in parts]
+    words = (str(each.value) if isinstance(each, ast.Constant) else f"({ast.unparse(each)})" for each in parts)
+    return "".join(words).replace("{", "(").replace("}", ")")
+
+
+def _is_range(function: Any) -> bool:
+    return isinstance(function, Known) and function.value is range
 
 
 def _is_over_lanes(node: ast.For) -> bool:

@@ -12,6 +12,7 @@ import enum
 import hashlib
 import json
 import os
+import re
 import sys
 import types
 from collections.abc import Iterator
@@ -69,7 +70,7 @@ class Shelf:
         said = [
             f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind
         ]
-        self.entry = function.__name__
+        self.entry = re.sub(r"\W", "", function.__name__, flags=re.ASCII)  # a lambda's has brackets
         versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), entry.CHECKED)
         self.kind = entry.digest(function.__module__, said, versions)
         self.walk: Walk | None = Walk()
@@ -176,14 +177,14 @@ class Walk:
                 self.visit(each)
         elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
             self.add(value.dtype.descr, value.shape, value.tobytes())
+        elif isinstance(value, types.FunctionType) and value in registry.QUESTIONS:
+            self.add(value.__qualname__)  # its answers are those of the classes
         elif isinstance(value, types.FunctionType):
             self.visit_function(value)
         elif isinstance(value, types.ModuleType | types.BuiltinFunctionType | np.ufunc):
             self.add(value.__name__)
         elif isinstance(value, type):
             self.visit_class(value)
-        elif hasattr(value, "registry") and value in registry.QUESTIONS:
-            self.add(value.__qualname__)
         else:
             raise Unknown(value)
 
