@@ -19,7 +19,6 @@ from carom.arithmetic import exponential, power, pseudo_inverse
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
-from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.of_frames import OfFrames, count_pairs, species_pair
 from carom.observables.pair_counts import counts_of
 from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown, unwarned
@@ -199,11 +198,11 @@ class _Histograms(OfFrames):
             if contact is not None and chosen is None:
                 raise InputError("contact is the distance of two species, and no pair is given.")
             diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-            self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
+            self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
 
     def _of(self, frame: Frame) -> tuple[dict[str, np.ndarray], float]:
         """Return the pairs in each bin of each g(r), and the volume [length^d]."""
-        self._fit(0.5 * _narrowest(frame))
+        self._fit(0.5 * min(frame.box))
         return counts_of(frame, self._asked), math.prod(frame.box)
 
     def _fit(self, half: float) -> None:
@@ -406,14 +405,6 @@ def _wanted(scene: Scene, species: np.ndarray, named: tuple[str, ...]) -> _Wante
         name = pair_name(*(named[k] if named else k for k in (i, j)))
         wanted[name] = ((i, j), None if scene.contact is None else contact)  # of points it is 0
     return wanted
-
-
-def _narrowest(frame: Frame) -> float:
-    """Return the shortest distance of two faces of the box, at any tilt that a sheared one has [length]."""
-    edges = [float(edge) for edge in frame.box]
-    if frame.tilt is not None:
-        edges[0] /= math.hypot(1.0, 0.5 * edges[0] / edges[1] + LONGEST_STRAIN)
-    return min(edges)
 
 
 def _distribution(

@@ -122,8 +122,6 @@ def _structure(system: _System) -> StructureFactor:
         raise InputError(
             f"with {system.confined} the fluid is not the same everywhere, and S depends on more than k"
         )
-    if frame.tilt is not None:
-        raise InputError("the box is sheared, and has no wave vectors of its own")
     # The number of wave vectors up to k, one of each k and -k.
     per_volume = 0.5 * 2.0**d * ball_volume(d) * float(np.prod(frame.box / (2.0 * np.pi)))
     kmax = min((PRODUCTS / frame.n / per_volume) ** (1.0 / d), WAVES / system.spacing)
