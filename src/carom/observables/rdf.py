@@ -490,7 +490,8 @@ def _checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
             f"box; use rmax <= {half:.6g} or a larger box."
         )
     if not end > rmin:
-        raise InputError(f"rmax is {end:.6g}; it must exceed {rmin:.6g}, where the bins begin.")
+        name = "Half of the shortest box edge" if rmax is None else "rmax"
+        raise InputError(f"{name} is {end:.6g}; it must exceed {rmin:.6g}, where the bins begin.")
     return end
 
 
@@ -506,8 +507,8 @@ def _bin_edges(
         raise InputError(f"width is {width!r}; it must be a positive length.")
     if bins is not None and width is not None:
         rmax = diameter + bins * width
-    elif rmax is None and diameter > 0.0:
-        rmax = min(0.5 * shortest, DEFAULT_REACH * diameter)
+    elif rmax is None and 0.0 < DEFAULT_REACH * diameter < 0.5 * shortest:
+        rmax = DEFAULT_REACH * diameter
     end = _checked_rmax(rmax, shortest, diameter)
     if bins is None:
         if width is None:

@@ -146,8 +146,8 @@ def _order(system: _System) -> BondOrder:
         raise InputError(f"it is measured in 2 to {max(NEAREST)} dimensions, and there are {frame.dimension}")
     if frame.n <= NEAREST[frame.dimension]:
         raise InputError(f"it needs {NEAREST[frame.dimension] + 1} particles, and there are {frame.n}")
-    width = BOND_WIDTH * system.diameter
-    return BondOrder(rmax=max(min(system.half, DEFAULT_REACH * system.diameter), width), width=width)
+    rmax = min(system.half, DEFAULT_REACH * system.diameter)
+    return BondOrder(rmax=rmax, width=min(BOND_WIDTH * system.diameter, rmax))
 
 
 def _profile(system: _System) -> DensityProfile:
