@@ -41,8 +41,8 @@ class Waves:
     def within(cls, box: tuple[float, ...], kmax: float, tilt: float = 0.0) -> Waves:
         """Return the wave vectors up to the length ``kmax`` [1 / length]."""
         edges = np.asarray(box)
-        shortest = 2.0 * math.pi / float(edges.max())
-        if kmax < shortest:
+        shortest = cls.of(box, 1, tilt).lengths[0]
+        if kmax * (1.0 + 1e-9) < shortest:
             raise InputError(
                 f"kmax is {kmax:.6g}, below the shortest wave vector of the box, {shortest:.6g}."
             )
