@@ -167,12 +167,11 @@ def test_a_density_across_the_tilt_is_that_of_slabs(d, seed):
 @CELLS
 def test_contacts_and_orders_of_studies_and_pages_are_those_of_all_images(d, seed):
     frame = random_frame(d, seed)
-    touching = dataclasses.replace(frame, diameters=np.full(frame.n, 0.8))
-    network = packing_network(touching, gap=0.2)
-    lengths = np.sort(
-        [np.linalg.norm(step) for _, steps in bonds_of(frame, reach=0.8 * 1.3) for step in steps]
-    )
-    np.testing.assert_allclose(network.gaps, lengths[::2] / 0.8 - 1.0, atol=ROUNDING)  # each from both ends
+    diameter = 1.5 * (np.prod(frame.box) / frame.n) ** (1.0 / d)
+    touching = dataclasses.replace(frame, diameters=np.full(frame.n, diameter))
+    steps = np.concatenate([steps for _, steps in bonds_of(frame, reach=1.3 * diameter)])
+    right = np.sort(np.linalg.norm(steps, axis=1))[::2] / diameter - 1.0  # each is there from both ends
+    np.testing.assert_allclose(packing_network(touching, gap=0.2).gaps, right, atol=ROUNDING)
     if d == 2:
         right = np.sqrt(products(voronoi_of(frame), d).mean())
         assert order.psi_6(frame) == pytest.approx(right, abs=ROUNDING)
