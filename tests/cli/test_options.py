@@ -136,7 +136,11 @@ FIELDS = {
 }  # fmt: skip
 """What is typed for a field of a specification, and what it becomes."""
 
-NEEDS = {"cells": ("--lattice", "fcc"), "walltime": ("--relative-error", "0.01")}
+NEEDS = {
+    "cells": ("--lattice", "fcc"),
+    "nearest": ("--lattice", "fcc"),
+    "walltime": ("--relative-error", "0.01"),
+}
 """Options without which another one means nothing."""
 
 
@@ -146,12 +150,13 @@ def of_fields(base, *kinds):
     for field in (field for kind in kinds for field in fields_of(kind).values() if field.is_option):
         name = field.name
         on, _, off = (field.opt.flags or FLAGS.get(name, ("--" + name.replace("_", "-"),)))[0].partition("/")
-        if field.kind is bool:
-            found[on] = asked((*base, off) if off else base, (on,), name, True)
-            found |= {off: asked((*base, on), (off,), name, False)} if off else {}
+        typed = (*base, *NEEDS.get(name, ()))
+        if field.kind in (bool, bool | None):
+            found[on] = asked((*typed, off) if off else typed, (on,), name, True)
+            found |= {off: asked((*typed, on), (off,), name, False)} if off else {}
         else:
             text, right = FIELDS[name]
-            found[on] = asked((*base, *NEEDS.get(name, ())), (on, text), name, right)
+            found[on] = asked(typed, (on, text), name, right)
     return found
 
 

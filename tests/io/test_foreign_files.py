@@ -546,12 +546,21 @@ def test_plain_xyz_needs_a_box_and_takes_any_comment_and_more_columns(tmp_path):
     frame = "3\r\n300 \xb0K, i = 1, time = 2.5, E = -1\r\nAr 0 0 9 7\r\nAr 0 2 2 7\r\nKr 2 0 2 7"
     path.write_bytes(frame.encode("cp1252"))
     with pytest.raises(
-        FileError, match=r"holds no box; give its edges, as box=\(10, 10, 10\) or with `carom export"
+        FileError, match=r"give its edges, as box=\(10, 10, 10\) or --box 10,10,10 of `carom measure` and"
     ):
         carom.open(path)
     (found,), _ = read(path, box=(4, 4, 4), diameter={"Ar": 1.0, "Kr": 1.25})
     assert (found.time, found.species_names, found.diameters.tolist()) == (2.5, ("Ar", "Kr"), [1, 1, 1.25])
     np.testing.assert_array_equal(found.positions, [[0, 0, 1], [0, 2, 2], [2, 0, 2]])
+    for cube in (4, 4.0):
+        (one,), _ = read(path, box=cube, diameter={"Ar": 1.0, "Kr": 1.25})
+        assert one.box.tolist() == found.box.tolist() == [4, 4, 4]
+    (tmp_path / "flat.xyz").write_text("2\n\nA 0 0 5\nA 1 2 5\n")
+    (flat,), _ = read(tmp_path / "flat.xyz", box=4.0)
+    assert flat.box.tolist() == [4, 4]
+    done = CliRunner().invoke(app, ["measure", str(path), "rdf", "--box", "4", "--no-pictures"])
+    assert done.exit_code == 0, done.output
+    assert "g(r) in 200 bins from 0 to 2 [length]" in done.output
     with pytest.raises(InputError, match="diameter names no Kr"):
         carom.open(path, box=(4, 4, 4), diameter={"Ar": 1.0})
     done = CliRunner().invoke(

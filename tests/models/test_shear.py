@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import math
 
 import ase.io
 import MDAnalysis
@@ -20,7 +19,6 @@ from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
-from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
 from carom.simulation.measuring.readings import momentum_flux
@@ -492,19 +490,8 @@ def test_pairs_are_counted_in_the_tilted_cell():
         counts += np.histogram(np.linalg.norm(apart[:, :, None] + turns, axis=-1), found.edges)[0]
     assert found.counts.tolist() == counts.tolist()
     assert abs(frames[-1].tilt) > 0.1
-    right_angles = carom.BondOrder(voronoi=True), carom.Dynamics(), carom.StructureFactor()
-    for observable in (*right_angles, carom.DensityProfile(0)):
+    for observable in (carom.Dynamics(), carom.DensityProfile(0)):
         with pytest.raises(carom.InputError, match="sheared"):
             observable.over(frames)
-
-
-@pytest.mark.usefixtures("unscheduled")
-def test_a_distribution_in_a_tilted_cell_reaches_no_further_than_half_the_distance_of_its_faces():
-    # The lattice is tilted by half of its ratio of edges, and in an epoch by LONGEST_STRAIN more, at most.
-    scene = gas(2, 30)
-    width, height = scene.box
-    apart = width * math.cos(math.atan(0.5 * width / height + LONGEST_STRAIN))
-    frame = carom.Simulation(scene).frame()
-    assert carom.RDF(bins=10).over([frame]).edges[-1] == pytest.approx(0.5 * apart, rel=1e-14)
-    with pytest.raises(carom.InputError, match="half of the shortest"):
-        carom.RDF(bins=10, rmax=0.501 * apart).over([frame])
+    with pytest.raises(carom.InputError, match="wave vectors turn with the strain"):
+        carom.StructureFactor().over(frames)

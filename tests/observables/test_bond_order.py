@@ -214,10 +214,8 @@ def test_a_sheared_crystal_is_a_crystal_everywhere_and_its_density_is_that_of_ea
 @pytest.mark.parametrize(
     ("observable", "why"),
     [
-        (carom.StructureFactor(shells=3), "wave vectors turn"),
         (carom.Dynamics(), "grow with the flow"),
         (carom.DensityProfile(axis=0), "take another axis"),
-        (BondOrder(6, voronoi=True), "leave out voronoi"),
     ],
 )
 def test_what_a_sheared_box_does_not_have_says_why(observable, why):
@@ -251,8 +249,7 @@ def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
     ("settings", "says"),
     [
         ({"nearest": 6, "reach": 1.5}, "one of them"),
-        ({"reach": 5.1}, "half of the shortest edge"),
-        ({"nearest": 200}, "199 others"),
+        ({"rmax": 5.1}, "half of the shortest edge"),
         ({"species": 1}, "none of them"),
         ({"l": 0}, "l must"),
     ],

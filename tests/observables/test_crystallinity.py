@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from helpers.frames import frame_of
+from helpers.frames import at_rest, frame_of
 
 import carom
 from carom.errors import InputError
@@ -101,7 +101,7 @@ def test_what_it_cannot_measure_is_refused():
     with pytest.raises(InputError, match="three dimensions"):
         one(carom.Scene.random(20, 0.2, 2, seed=1))
     with pytest.raises(InputError, match="12 neighbours"):
-        one(carom.Scene.random(5, 0.1, seed=1))
+        Crystallinity().over([at_rest(carom.Scene.random(5, 0.1, seed=1), periodic=(False,) * 3)])
     with pytest.raises(InputError, match="No frame"):
         Crystallinity().result()
     scenes = [carom.Scene.random(n, 0.1, seed=1) for n in (20, 21)]

@@ -293,3 +293,65 @@ def test_the_density_of_every_wave_is_a_sum_of_plane_waves(box):
     expected = np.exp(2j * np.pi * (places / box) @ waves.numbers.T).sum(axis=0)
     found = waves.density(places)
     np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=30 * 64 * np.finfo(float).eps)
+
+
+def walk(dice, memory, frames=50, n=60):
+    """Return frames of particles in a plane whose velocities forget a part in each step of time 1, and D."""
+    v, x = dice.normal(size=(n, 2)), np.zeros((frames, n, 2))
+    for k in range(1, frames):
+        x[k] = x[k - 1] + v
+        v = memory * v + np.sqrt(1.0 - memory**2) * dice.normal(size=(n, 2))
+    box, zero, one = (1e3, 1e3), np.zeros((n, 2)), np.ones(n)
+    rest = {"images": np.zeros((n, 2), np.int32), "lacks": frozenset({"velocities"})}
+    found = [Frame(2.0 * k, k, place, zero, box, one, one, **rest) for k, place in enumerate(x)]
+    return found, 0.5 * (1.0 + memory) / (1.0 - memory) / 2.0  # a frame takes a time 2
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.4, 0.7])
+def test_the_coefficient_of_diffusion_is_that_of_a_random_walk_within_its_error(memory):
+    dice, pulls, errors = np.random.default_rng(3), [], []
+    for _ in range(80):
+        frames, diffusion = walk(dice, memory)
+        found = Dynamics().over(frames)
+        assert 2.0 <= found.fit_first < found.fit_last <= found.times[-1]
+        pulls.append((found.diffusion.mean - diffusion) / found.diffusion.error)
+        errors.append(found.diffusion.error / diffusion)
+    # Of 80 pulls the mean is known to 0.11, their spread to 8 %, and 95 % +- 2.4 % are below 2. Errors of few
+    # frames are estimated from above.
+    assert abs(np.mean(pulls)) < 4 * 0.11
+    assert 0.5 < np.std(pulls) < 1.32
+    assert np.mean(np.abs(pulls) < 2.0) > 0.95 - 4 * 0.024
+    assert np.median(errors) < 0.2
+
+
+def test_the_coefficient_of_diffusion_is_in_the_sentence_the_table_and_the_picture(tmp_path):
+    found = Dynamics().over(walk(np.random.default_rng(7), 0.0)[0])
+    value = found.diffusion.value_text
+    assert f"D [length^2 / time] is {value} by a line from time 4 to 8" in str(found)
+    assert ("D [length^2 / time]", f"{value} by a line from time 4 to 8") in found._rows()[1]
+    found.save(tmp_path / "msd.csv")
+    assert f"# diffusion: {found.diffusion.mean}\n" in (tmp_path / "msd.csv").read_text()
+    found.save(tmp_path / "msd.json")
+    assert carom.load(tmp_path / "msd.json").diffusion == found.diffusion
+    axes = found.plot().axes[0]
+    fit = next(line for line in axes.lines if line.get_label() == f"2dDt + c, D = {value.replace('+-', '±')}")
+    x, y = fit.get_data()
+    assert (x[0], x[-1]) == (found.fit_first, found.fit_last) == (4.0, 8.0)
+    assert y == pytest.approx(4.0 * found.diffusion.mean * x + found.fit_offset)
+    fitted = (found.times >= 4.0) & (found.times <= 8.0)
+    line = np.polyfit(found.times[fitted], found.mean_square[fitted], 1)
+    # The fit takes displacements that end with those over the longest of its times: a few more or less.
+    assert line[0] == pytest.approx(4.0 * found.diffusion.mean, rel=0.1)
+
+
+def test_there_is_no_coefficient_of_diffusion_where_no_line_is_seen():
+    frames, _ = walk(np.random.default_rng(5), 0.99, frames=30)  # in all they fly for half of their memory
+    walled = [
+        dataclasses.replace(frame, periodic=(True, False)) for frame in walk(np.random.default_rng(6), 0.0)[0]
+    ]
+    for each in (frames, walled):
+        found = Dynamics().over(each)
+        assert math.isnan(found.diffusion.mean)
+        assert math.isnan(found.fit_first)
+        assert "D [length^2 / time] is unknown" in str(found)
+        assert not any("D =" in line.get_label() for line in found.plot().axes[0].lines)

@@ -216,3 +216,9 @@ def test_rows_of_unequal_length_have_no_mean():
         InputError, match=r"add\(\) returned a list of 2 first; expected a number, or an array"
     ):
         carom.observables.averages([[[1.0], [1.0, 2.0]]] * 4)
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 3), (0, 0), (0, 2, 2)])
+def test_a_mean_of_no_samples_is_one_sentence(shape):
+    with pytest.raises(InputError, match="at least one value is needed"):
+        carom.observables.averages(np.ones(shape))

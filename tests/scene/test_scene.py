@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as hnp
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
+from carom.models import Shear
 from carom.scene import overlaps
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
@@ -201,25 +202,33 @@ def test_a_scene_scaled_by_a_power_of_two_is_judged_alike(scale):
                 Scene(positions, 5.0 * scale, diameter=scale)
 
 
-def nearest_of_all_images(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Distances (n, n) over all images up to two boxes away."""
-    shifts = np.array(list(itertools.product((-2, -1, 0, 1, 2), repeat=len(box)))) * box
+def nearest_of_all_images(positions: np.ndarray, box: np.ndarray, tilt: float = 0.0) -> np.ndarray:
+    """Distances (n, n) over all images up to two boxes away, along axis 0 of a tilted one five."""
+    turns = [range(-2, 3)] * len(box)
+    shifts = np.array(list(itertools.product(range(-5, 6) if tilt else turns[0], *turns[1:]))) * box
+    if tilt:
+        shifts[:, 0] += tilt * shifts[:, 1]
     separation = positions[None, :, None, :] - positions[:, None, None, :] + shifts
     return np.sqrt((separation**2).sum(axis=-1)).min(axis=-1)
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
-def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension):
+@pytest.mark.parametrize(
+    ("dimension", "tilted"),
+    [(1, 0), (2, 0), (3, 0), (4, 0), (2, 0.5), (3, 0.5), (2, 1.4), (3, 1.4), (4, 0.5)],
+)
+def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension, tilted):
+    """Also in those that are tilted by up to so many edges: the nearest along the axes is not the nearest."""
     rng = np.random.default_rng(dimension)
     legal = 0
     for _ in range(150):
         box = 1.01 + 2.5 * rng.random(dimension)
         positions = rng.random((rng.integers(2, 5), dimension)) * box
-        distances = nearest_of_all_images(positions, box)
+        tilt = tilted * rng.uniform(-1.0, 1.0) * box[0] / box[1] if tilted else 0.0
+        distances = nearest_of_all_images(positions, box, tilt)
         np.fill_diagonal(distances, np.inf)
         closest = distances.min()
         found = overlaps.deepest(
-            positions, Room(box, np.ones(len(box), bool)), Contacts(np.ones(len(positions)))
+            positions, Room(box, np.ones(len(box), bool), tilt=tilt), Contacts(np.ones(len(positions)))
         )
         if closest >= 1:
             assert found is None
@@ -229,6 +238,18 @@ def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension
             assert found.distance == pytest.approx(closest, rel=1e-12)
             assert distances[found.i, found.other] == pytest.approx(found.distance, rel=1e-12)
     assert 5 < legal < 145
+
+
+@pytest.mark.parametrize("tilt", [0.5, -0.3, 1.2])
+def test_a_random_start_in_a_small_sheared_box_has_no_overlap(tilt):
+    motion, box = Shear(1.0, tilt=tilt), (2.1, 2.3)
+    for seed in range(40):
+        scene = Scene.random(3, box=box, motion=motion, seed=seed)
+        distances = nearest_of_all_images(scene.positions, np.array(box), tilt)
+        assert distances[np.triu_indices(3, 1)].min() >= 1.0
+    crowd = [[1.614, 0.429], [0.6925, 0.7191]]
+    with pytest.raises(OverlapError, match=r"overlap by 0.0339 \(distance 0.96609"):
+        Scene(crowd, 2.1, motion=Shear(1.0, tilt=0.5))
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])

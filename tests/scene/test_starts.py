@@ -44,7 +44,9 @@ def test_what_jams_says_how_dense_it_became_and_how_to_go_on(make):
 
 def test_a_crystal_has_the_number_of_spheres_or_names_those_that_fill_one():
     assert carom.Scene.crystal(500, 0.6).n == 500
-    with pytest.raises(InputError, match=r"take n = 864 or 1372 \(nearest=True does\), or give cells"):
+    with pytest.raises(
+        InputError, match=r"take n = 864 or 1372 \(nearest=True does, as an option --nearest\), or give cells"
+    ):
         carom.Scene.crystal(1000, 0.6)
     assert carom.Scene.crystal(1000, 0.6, nearest=True).n == 864
     assert carom.Scene.crystal(1200, 0.6, nearest=True).n == 1372

@@ -8,8 +8,10 @@ import string
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from typer.testing import CliRunner
 
 import carom.io
+from carom.cli import app
 from carom.declared import fields_of
 from carom.errors import FileError, InputError, OverlapError
 from carom.frame import Frame
@@ -174,6 +176,29 @@ def test_a_lattice_that_n_does_not_fill_names_the_nearest_that_do():
     plan = SceneFile.from_toml("[scene]\nlattice = 'fcc'\nn = 2000")
     with pytest.raises(InputError, match="1372 or 2048"):
         plan.build_scene()
+
+
+def test_the_number_nearest_to_n_fills_the_lattice_where_the_key_says_so():
+    plan = SceneFile.from_toml("[scene]\nlattice = 'fcc'\nn = 2000\npacking_fraction = 0.5\nnearest = true")
+    assert plan.build_scene().n == plan.scene.n == 2048
+    again = SceneFile.from_toml(plan.to_toml()).scene
+    assert again == plan.scene
+    assert again.replaced(n=1000).n == 864  # as an option --n
+    assert SceneSpec(lattice="fcc", cells=3, nearest=False) == SceneSpec(lattice="fcc", cells=3)
+    for keys, says in (
+        ({}, "nearest has no meaning without a lattice"),
+        ({"lattice": "fcc", "cells": 3}, "contradict"),
+    ):
+        with pytest.raises(InputError, match=says):
+            SceneSpec(nearest=True, **keys)
+    done = CliRunner().invoke(app, ["run", "--lattice", "fcc", "--n", "1000", "--out", "never"])
+    assert done.exit_code == 2
+    assert "take n = 864 or 1372 (nearest=True does, as an option --nearest)" in done.output
+    done = CliRunner().invoke(app, ["run", "--n", "1000", "--nearest", "--out", "never"])
+    assert (done.exit_code, done.output) == (
+        2,
+        "Error: [scene] nearest has no meaning without a lattice; remove it.\n",
+    )
 
 
 def test_packing_too_densely_names_the_limit():

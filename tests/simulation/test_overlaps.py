@@ -91,6 +91,20 @@ def test_the_images_of_a_frame_are_those_of_its_tilt(rate):
 
 
 @pytest.mark.usefixtures("unscheduled")
+def test_an_overlap_of_images_in_a_small_sheared_frame_is_seen():
+    """The images that are nearest along the axes of the cell are 1.07 apart, others .966."""
+    scene = carom.Scene([[0.5, 0.5], [1.55, 1.55]], 2.1, motion=Shear(1.0))
+    frame = carom.Simulation(scene, seed=1).frame()
+    for tilt in (0.5, 1.5, -0.5):
+        places = np.array([[1.614, 0.429], [0.6925, 0.7191]])
+        moved = dataclasses.replace(frame, positions=places, tilt=tilt)
+        ((_, found),) = in_frames(scene, [moved])
+        nearest = with_images(places[1] - places[0], np.full(2, 2.1), tilt)
+        assert (found is not None) == (nearest < 1.0)
+        assert found is None or found.distance == pytest.approx(nearest)
+    assert with_images(places[1] - places[0], np.full(2, 2.1), 0.5) == pytest.approx(0.96608, abs=1e-5)
+
+
 def test_an_obstacle_is_where_it_is_at_the_time_of_the_frame():
     floor = Plane((0.0, 1.0), 0.5, shake=Sine(0.25, 4.0))  # at .75 a unit of time later
     scene = carom.Scene([[1.0, 1.1]], (3.0, 4.0), diameter=1.0, walls="y", obstacles=[floor])

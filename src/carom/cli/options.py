@@ -113,7 +113,9 @@ Diameter = Annotated[
 ]
 Box = Annotated[
     str | None,
-    typer.Option(help="Where a file holds none: edges, such as 10,10,10.", rich_help_panel=_LACKING),
+    typer.Option(
+        help="Where a file holds none: edges, such as 10,10,10, or one of a cube.", rich_help_panel=_LACKING
+    ),
 ]
 
 
@@ -122,7 +124,8 @@ def lacking(diameter: str | None, box: str | None) -> dict[str, Any]:
     from carom.errors import InputError
     from carom.spec import edges_in
 
-    edges = None if box is None else edges_in(box)
+    edges: Any = None if box is None else edges_in(box)
+    edges = edges[0] if edges and len(edges) == 1 else edges
     try:
         if diameter is None or ":" not in diameter:
             return {"diameter": None if diameter is None else float(diameter), "box": edges}

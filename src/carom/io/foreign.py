@@ -57,11 +57,17 @@ class ForeignReader(Reader):
     _stranger = "cannot be used"
 
     def __init__(
-        self, path: Path, form: str, diameter: Diameter | None = None, box: Sequence[float] | None = None
+        self,
+        path: Path,
+        form: str,
+        diameter: Diameter | None = None,
+        box: float | Sequence[float] | None = None,
     ):
         super().__init__(path)
         self._form, self._given = form, (diameter, box)
-        self._box = None if box is None else checks.array(box, "box", "(d,)", ndim=1)
+        self._cube = isinstance(box, int | float)
+        edges = [box] * 3 if self._cube else box
+        self._box = None if edges is None else checks.array(edges, "box", "(d,)", ndim=1)
         if self._box is not None and not (1 <= len(self._box) <= 3 and (self._box > 0.0).all()):
             raise InputError(f"box is {self._box.tolist()}; expected one to three edges > 0.")
         if diameter is not None and not isinstance(diameter, Mapping):
@@ -118,9 +124,9 @@ class ForeignReader(Reader):
             assumed.append("a mass of 1")
         boxed = first.cell is not None and np.abs(first.cell).sum(axis=1).all()
         self._dimension = first.dimension or first.positions.shape[1]
-        if self._box is not None:
-            if boxed:
-                raise InputError(f"{self.path} holds a box, and one is given too; leave it out.")
+        if self._box is not None and boxed:
+            raise InputError(f"{self.path} holds a box, and one is given too; leave it out.")
+        if self._box is not None and not self._cube:
             self._dimension = min(len(self._box), self._dimension)
         else:
             while (
@@ -176,8 +182,8 @@ class ForeignReader(Reader):
         edges = np.diag(cell)[:d]
         if not cell[:d].any(axis=1).all():
             raise FileError(
-                f"{self.path} holds no box; give its edges, as box={(10,) * d} or with "
-                f"`carom export {self.path} NEW.h5md --box {','.join(['10'] * d)}`."
+                f"{self.path} holds no box; give its edges, as box={(10,) * d} or --box "
+                f"{','.join(['10'] * d)} of `carom measure` and `carom export`, where one number is a cube."
             )
         skew = cell[:d, :d] - np.diag(edges)
         shift = float(skew[1, 0]) if d > 1 else 0.0

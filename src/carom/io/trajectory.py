@@ -131,7 +131,7 @@ def open(
     *,
     keep: int | None = None,
     diameter: float | Mapping[str, float] | None = None,
-    box: Sequence[float] | None = None,
+    box: float | Sequence[float] | None = None,
 ) -> Reader | Writer:
     """Open the frames of a file, or of the folder of a run or packing; the name chooses the format.
 
@@ -152,8 +152,8 @@ def open(
     diameter : float or mapping of str to float, optional
         Diameter of all particles, or of each species by its name [length], in a file of another program,
         instead of those that it holds. Where it holds none, 1 is the default; 0 stands for points.
-    box : sequence of float, optional
-        Edges of a periodic box [length], for files that hold none.
+    box : float or sequence of float, optional
+        Edges of a periodic box [length], for files that hold none; one number is that of a cube.
 
     Returns
     -------
@@ -207,7 +207,7 @@ def _as_index(index: int | slice | str) -> int | slice:
 
 
 Diameter = float | Mapping[str, float] | None
-Box = Sequence[float] | None
+Box = float | Sequence[float] | None
 
 
 @overload

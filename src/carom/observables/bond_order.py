@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +21,7 @@ from carom.arithmetic import factor
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
-from carom.observables.neighbors import nearest, pairs_within
+from carom.observables.neighbors import Bonds, nearest, pairs_within, within
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
@@ -50,14 +49,14 @@ class BondOrder(OfFrames):
         Degree: 6 for psi_6 and Q_6.
     nearest : int, optional
         Number of nearest particles that count as neighbors; by default 6, 12 and 24 in 2, 3 and 4
-        dimensions.
+        dimensions. In a small box, images of one particle count each.
     reach : float, optional
         Alternatively, neighbors are all particles nearer than this [length].
     voronoi : bool
         Alternatively, neighbors share a face of the Voronoi tessellation (2D and 3D).
     rmax : float, optional
-        Largest distance at which the correlation of local orders is measured [length]. By default it is not
-        measured.
+        Largest distance at which the correlation of local orders is measured [length], at most half of the
+        shortest edge. By default it is not measured.
     width : float
         Width of the bins of the correlation [length].
     species : int, optional
@@ -67,8 +66,8 @@ class BondOrder(OfFrames):
     ------
     InputError
         If a number is out of range (l is at most 12), or more than one choice of neighbors is given. From
-        :meth:`add`, if there are too few particles, or the box is too small. From :meth:`result`, before
-        any frame.
+        :meth:`add`, if between walls there are too few particles, if frames differ in n, or the box is too
+        small for `rmax`. From :meth:`result`, before any frame.
 
     Examples
     --------
@@ -87,7 +86,6 @@ class BondOrder(OfFrames):
     species: int | None = None
 
     _what = "order"
-    _same = ()
 
     def __post_init__(self) -> None:
         checks.integer(self.l, "l", low=1, high=12)
@@ -99,10 +97,6 @@ class BondOrder(OfFrames):
         for name in ("reach", "rmax"):
             if getattr(self, name) is not None:
                 checks.number(getattr(self, name), name, low=0.0, open_low=True)
-
-    @property
-    def _upright(self) -> str:
-        return "Voronoi cells need them; leave out voronoi" if self.voronoi else ""
 
     def _of(self, frame: Frame) -> tuple[Any, ...]:
         if frame.dimension < 2:
@@ -120,31 +114,23 @@ class BondOrder(OfFrames):
         pairs, bonds = self._bonds_of(room, places)
         return orders_of(self.l, len(places), pairs, bonds), len(pairs)
 
-    def _bonds_of(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, Callable[[slice], np.ndarray]]:
+    def _bonds_of(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, Bonds]:
         """Return particle and neighbor of each bond (m, 2), and the function that makes its vectors.
 
         A pair of neighbors has two bonds. There are many, so a portion of vectors is made at a time.
         """
+        d = places.shape[1]
         if self.voronoi:
-            if places.shape[1] not in (2, 3):
+            if d not in (2, 3):
                 raise InputError("voronoi needs 2 or 3 dimensions; give nearest or reach.")
             pairs, vectors = voronoi_bonds(room, places)
             return pairs, vectors.__getitem__
-        pairs = self._neighbors(room, places)
-        return pairs, lambda part: room.separations(places, pairs[part])
-
-    def _neighbors(self, room: Room, places: np.ndarray) -> np.ndarray:
-        """Return particle and neighbor of each bond to the nearest, or within reach."""
         if self.reach is not None:
-            _refuse_images(room, self.reach, "reach")
-            found = pairs_within(room, places, self.reach)
-            return np.concatenate([found, found[:, ::-1]])
-        d = places.shape[1]
+            return within(room, places, self.reach)
         count = NEAREST.get(d) if self.nearest is None else self.nearest
         if count is None:
             raise InputError(f"In {d} dimensions nearest or reach must say who the neighbours are.")
-        near = nearest(room, places, count)
-        return np.stack([np.repeat(np.arange(len(places)), count), near.ravel()], axis=1)
+        return nearest(room, places, count)
 
     def _correlated(
         self, room: Room, places: np.ndarray, orders: np.ndarray
@@ -154,9 +140,12 @@ class BondOrder(OfFrames):
             return np.zeros(0), np.zeros(0, np.int64)
         edges, shape = self._edges, len(self._edges) - 1
         if self._samples:  # bins for which the box has become too small have no pairs of this frame
-            edges = edges[edges <= _half(room)]
-        else:
-            _refuse_images(room, self.rmax, "rmax")
+            edges = edges[edges <= room.half]
+        elif self.rmax > room.half:
+            raise InputError(
+                f"rmax is {self.rmax:g}, beyond half of the shortest edge of the box ({room.half:g}), where "
+                "images are counted twice."
+            )
         sums, counts = np.zeros(shape), np.zeros(shape, np.int64)
         found = pairs_within(room, places, float(edges[-1]))
         for part in _portions(len(found)):
@@ -183,7 +172,7 @@ class BondOrder(OfFrames):
         return BondOrderResult(self.l, *means, self._edges, *correlation)
 
 
-def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
+def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Bonds) -> np.ndarray:
     """Return the order (n, h) of each particle, 0 without bonds; ``bonds`` makes vectors of ``pairs``."""
     counts = np.bincount(pairs[:, 0], minlength=n)
     sums = None
@@ -210,20 +199,6 @@ def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
     mean = sums.sum() / total
     found = blocking((sums - mean * counts) / (total / len(counts)))
     return Estimate(float(mean), found.error, found.n_eff, found.tau, found.blocks)
-
-
-def _half(room: Room) -> float:
-    """Return half of the shortest distance of two periodic faces [length]."""
-    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)
-    return 0.5 * float(apart[room.periodic].min(initial=math.inf))
-
-
-def _refuse_images(room: Room, reach: float, name: str) -> None:
-    if reach > (half := _half(room)):
-        raise InputError(
-            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({half:g}), where images are "
-            "counted twice."
-        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

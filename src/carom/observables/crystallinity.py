@@ -70,7 +70,6 @@ class Crystallinity(OfFrames):
     connections: int = 7
 
     _what = "crystallinity"
-    _same = ("n",)
 
     def __post_init__(self) -> None:
         self._bonds = BondOrder(DEGREE, nearest=self.nearest, reach=self.reach)

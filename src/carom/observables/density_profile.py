@@ -36,8 +36,8 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`add`, if there is no such axis, or the frame has no species or not this one; from
-        :meth:`result`, before any frame.
+        From :meth:`add`, if there is no such axis, the frame has no species or not this one, or frames differ
+        in n; from :meth:`result`, before any frame.
 
     Notes
     -----
@@ -57,7 +57,6 @@ class DensityProfile(OfFrames):
     species: int | None = None
 
     _what = "number density"
-    _same = ("dimension",)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", checks.axis(self.axis))

@@ -8,6 +8,7 @@ without averaging, which would blur the times.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.of_frames import OfFrames, of_species
+from carom.observables.self_diffusion import NO_LINE, Line, line_of
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
@@ -34,6 +36,9 @@ spacing, with those 1 to 15 before."""
 SAME = 1e-5
 """Change of the total momentum, in units of the sum of all magnitudes, up to which it counts as conserved:
 velocities of files may be in single precision."""
+
+OCTAVES = ((1, 2), (2, 4), (4, 8), (KEPT // 2, KEPT - 1))
+"""Lags from which to which a slope is fitted at the shortest spacing; at the others the last of these."""
 
 FEW = 8
 """Least number of origins of a time; with fewer, the scatter does not give the error."""
@@ -97,6 +102,11 @@ class Dynamics(OfFrames):
     -----
     Frames of other programs may have no velocities: correlations with them are then nan, and the motion of
     the center of mass stays in the displacements.
+
+    ``diffusion`` is the slope of a line ``2 d D t + c`` through the mean square displacements of an octave of
+    times. It is the octave after the first whose slope agrees, within two standard errors, with those of all
+    later ones. The error is by blocking over the ends of the displacements, and at least that of independent
+    Brownian particles. There is no D where slopes still change at the end, or an axis has walls.
 
     Where the box changes, a particle moves from one frame to the next by the change of its coordinates in
     edges, times the mean of the edges of both frames. So what a barostat takes along is no displacement. Nor
@@ -256,8 +266,23 @@ class Dynamics(OfFrames):
             square_now,
             q,
             *structure,
-            *(np.array(part) for part in zip(*scattering, strict=True)),
+            np.array([means for means, _ in scattering]),
+            np.array([errors for _, errors in scattering]),
+            **self._line()._asdict(),
         )
+
+    def _line(self) -> Line:
+        """Return the line through mean square displacements."""
+        if not all(self._first.periodic):
+            return NO_LINE
+        octaves = []
+        for k, level in enumerate(self._levels):
+            for first, last in OCTAVES[-1:] if k else OCTAVES:
+                if (ends := len(level.values.get(last, ()))) >= FEW:
+                    lags = range(first, last + 1)
+                    squares = np.array([np.array(level.values[lag][-ends:])[:, 0] for lag in lags])
+                    octaves.append((np.array(lags), squares, self._every * 2**k))
+        return line_of(octaves, len(self._chosen), self._first.dimension)
 
     def _rows(self, least: int) -> list[tuple[int, np.ndarray, np.ndarray]]:
         """Return for every lag with enough origins: the lag [frames], sums (o, 4), and scattering (o, s)."""
@@ -348,6 +373,11 @@ class DynamicsResult(Result):
         S(q), by wave number.
     scattering, scattering_error : (l, s) arrays
         F(q, t), by time and wave number.
+    diffusion : Estimate
+        The coefficient of self-diffusion D in this box [length^2 / time], from the slope of the mean square
+        displacement; its mean is nan where no times are long enough.
+    fit_first, fit_last, fit_offset : float
+        The line ``2 d D t + fit_offset`` [length^2] goes from ``fit_first`` to ``fit_last`` [time].
     """
 
     dimension: int
@@ -366,18 +396,27 @@ class DynamicsResult(Result):
     structure_factor_error: np.ndarray
     scattering: np.ndarray
     scattering_error: np.ndarray
+    diffusion: Estimate = UNKNOWN
+    fit_first: float = math.nan
+    fit_last: float = math.nan
+    fit_offset: float = math.nan
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
-            ("last mean square displacement [length^2]", self.mean_square, self.mean_square_error),
             (
-                "last running diffusion [length^2 / time]",
-                self.running_diffusion,
-                self.running_diffusion_error,
+                "last mean square displacement [length^2]",
+                shown(self.mean_square, self.mean_square_error, -1),
             ),
+            ("D [length^2 / time]", self._coefficient),
         ]
-        title = f"Displacements at {len(self.times)} times, the last {self.times[-1]:g}"
-        return title, [(name, shown(values, errors, -1)) for name, values, errors in rows]
+        return f"Displacements at {len(self.times)} times, the last {self.times[-1]:g}", rows
+
+    @property
+    def _coefficient(self) -> str:
+        """D as text, with the times of its fit."""
+        if math.isnan(self.fit_first):
+            return "unknown: no times are on a straight line"
+        return f"{self.diffusion.value_text} by a line from time {self.fit_first:g} to {self.fit_last:g}"
 
     def _columns(self) -> dict[str, Any]:
         names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
@@ -386,5 +425,6 @@ class DynamicsResult(Result):
     def __str__(self) -> str:
         return (
             f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
-            f"displacement is {shown(self.mean_square, self.mean_square_error, -1)} length^2"
+            f"displacement is {shown(self.mean_square, self.mean_square_error, -1)} length^2; D [length^2 / "
+            f"time] is {self._coefficient}"
         )

@@ -6,6 +6,7 @@ Particles with too few in reach get a larger one; a k-d tree replaces cells too 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -28,29 +29,91 @@ FURTHER = 2.0  # volume of each later reach over that of the one before
 ACROSS = 1.0 + 2.0**-10  # edge of a cell across the columns [reach]
 
 
+Bonds = Callable[[slice], np.ndarray]
+"""Makes the vectors (m, d) of a portion of bonds [length]."""
+
+
 def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
-    """Return the pairs (m, 2) of places (n, d), inside the box, at most ``reach`` [length] apart."""
+    """Return the pairs (m, 2) of places (n, d), inside the box, whose nearest images are within ``reach``."""
     pairs = None if room.tilt else near_pairs(room.box, room.periodic, places, None, reach)
     return room.near(places, reach) if pairs is None else pairs
 
 
-def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the ``count`` nearest particles of each, by their images, (n, count); equal ones in no order."""
-    n, d = places.shape
-    if n <= count:
+def within(room: Room, places: np.ndarray, reach: float) -> tuple[np.ndarray, Bonds]:
+    """Return particle and neighbor of each bond within ``reach`` [length] from both ends, and its vectors.
+
+    In a small box, several bonds may be to images of one particle, or of the particle itself.
+    """
+    if reach < room.half:
+        found = pairs_within(room, places, reach)
+        return _of_nearest_images(room, places, np.concatenate([found, found[:, ::-1]]))
+    from scipy.spatial import cKDTree
+
+    points, who = room.images(places, reach)
+    ours = cKDTree(points[: len(places)])
+    near = ours.sparse_distance_matrix(cKDTree(points), reach, output_type="ndarray")
+    i, j = near["i"], near["j"]
+    return _of_points(points, who, i[i != j], j[i != j])
+
+
+def nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, Bonds]:
+    """Return particle and neighbor of each bond to the ``count`` nearest, (n count, 2), and its vectors.
+
+    Bonds of a particle follow each other; equally long ones come in no order. In a small box, several may be
+    to images of one particle, or of the particle itself.
+    """
+    n = len(places)
+    if n <= count and not room.periodic.any():
         raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
-    if room.tilt:
-        return _in_a_tilted_cell(room, places, count)
+    if n > count and not room.tilt:
+        who = _nearest_images(room, places, count)
+        last = np.stack([np.arange(n), who[:, -1]], axis=1)
+        if room.distances(places, last).max() < room.half:
+            pairs = np.stack([np.repeat(np.arange(n), count), who.ravel()], axis=1)
+            return _of_nearest_images(room, places, pairs)
+    from scipy.spatial import cKDTree
+
+    reach, longest = 0.0, _first_reach(room, n, count)
+    while longest > reach:
+        reach = longest
+        points, who = room.images(places, reach)
+        if len(points) <= count:
+            longest = 2.0 * reach
+            continue
+        lengths, found = cKDTree(points).query(points[:n], k=count + 1)
+        longest = float(lengths[:, -1].max())
+    return _of_points(points, who, np.repeat(np.arange(n), count), _without_self(found).ravel())
+
+
+def _of_nearest_images(room: Room, places: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, Bonds]:
+    return pairs, lambda part: room.separations(places, pairs[part])
+
+
+def _of_points(points: np.ndarray, who: np.ndarray, i: np.ndarray, j: np.ndarray) -> tuple[np.ndarray, Bonds]:
+    return np.stack([i, who[j]], axis=1), lambda part: points[j[part]] - points[i[part]]
+
+
+def _first_reach(room: Room, n: int, count: int) -> float:
+    """Return a reach [length] in which about ``count`` neighbors of each are expected."""
     volume = SPARE * (count + 1) / n * float(np.prod(room.box))
+    return float(0.5 * (volume / ball_volume(len(room.box))) ** (1.0 / len(room.box)))
+
+
+def _nearest_images(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+    """Return the nearest of each in a box with right angles, (n, count), by its nearest image alone."""
+    n, d = places.shape
+    reach = _first_reach(room, n, count)
     who = np.full((n, count), -1, dtype=np.int64)
     while (who[:, -1] < 0).any():
-        reach = 0.5 * (volume / ball_volume(d)) ** (1.0 / d)
         grid = Grid.of(room.box, room.periodic, n, reach, ACROSS)
         offsets, windows = grid.surroundings(reach)
         cells = SortedCells.of(grid, places) if len(windows) <= WIDE else None
         if cells is None or crowded(cells):
+            from scipy.spatial import cKDTree
+
             lacking = np.flatnonzero(who[:, -1] < 0)
-            who[lacking] = _by_tree(room, places, lacking, count)
+            tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
+            who[lacking] = _without_self(tree.query(places[lacking], k=count + 1)[1], lacking)
             break
         _compiled()(
             cells.places,
@@ -63,35 +126,16 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
             reach * reach,
             who,
         )
-        volume *= FURTHER
+        reach *= FURTHER ** (1.0 / d)
     return who
 
 
-def _in_a_tilted_cell(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the nearest of all particles in a sheared box, from the pairs within a reach that grows."""
-    n, d = places.shape
-    volume = SPARE * (count + 1) / n * float(np.prod(room.box))
-    while True:
-        found = room.near(places, (volume / ball_volume(d)) ** (1.0 / d) * 0.5)
-        i, j = np.concatenate([found, found[:, ::-1]]).T
-        if np.bincount(i, minlength=n).min() >= count:
-            break
-        volume *= FURTHER
-    order = np.lexsort((np.tile(room.distances(places, found), 2), i))
-    first = np.searchsorted(i[order], np.arange(n))
-    return np.asarray(j[order][first[:, None] + np.arange(count)], dtype=np.int64)
-
-
-def _by_tree(room: Room, places: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
-    """Return the nearest of the chosen particles by a k-d tree."""
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
-    _, found = tree.query(places[chosen], k=count + 1)
-    # A component finds itself, unless too many others are at the same position.
-    own = found == chosen[:, None]
+def _without_self(found: np.ndarray, chosen: np.ndarray | None = None) -> np.ndarray:
+    """Return what a tree found around the chosen particles, (m, count + 1), without each itself."""
+    own = found == (np.arange(len(found)) if chosen is None else chosen)[:, None]
+    # A particle finds itself, unless too many others are at the same position.
     own[~own.any(axis=1), -1] = True
-    return np.asarray(found[~own].reshape(len(chosen), count), dtype=np.int64)
+    return np.asarray(found[~own].reshape(len(found), -1), dtype=np.int64)
 
 
 @lru_cache(maxsize=1)

@@ -276,16 +276,14 @@ def _near(
     matrix = contact_matrix(contact, species, frame.diameters)
     contacts = Contacts(frame.diameters, species, matrix)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    classes, positions = contacts.classes, frame.positions
-    if frame.tilt:  # from the tilted cell into the upright one
-        positions = positions.copy()
-        positions[:, 0] %= frame.box[0]
+    classes, room = contacts.classes, overlaps.room_of_frame(frame)
+    positions, _ = room.images(frame.positions, 0.0)
     for a, b in itertools.combinations_with_replacement(range(len(classes)), 2):
         reach = (1.0 + REACH) * contacts.reach(a, b)
-        places, owners = _with_images(frame, positions[classes[b]], classes[b], reach)
+        places, who = room.images(frame.positions[classes[b]], reach)
         ours = cKDTree(positions[classes[a]])
         near = ours.sparse_distance_matrix(cKDTree(places), reach, output_type="ndarray")
-        i, j = classes[a][near["i"]], owners[near["j"]]
+        i, j = classes[a][near["i"]], classes[b][who[near["j"]]]
         vectors = places[near["j"]] - positions[i]
         kept = np.ones(len(i), dtype=bool)
         if a == b:  # every pair is found twice, and so is every image of a component itself
@@ -312,26 +310,6 @@ def _first_half(vectors: np.ndarray) -> np.ndarray:
     """Return which vectors (m, d) are not zero and have a positive first component that is not zero."""
     first = np.argmax(vectors != 0.0, axis=1)
     return np.asarray(np.take_along_axis(vectors, first[:, None], axis=1)[:, 0] > 0.0)
-
-
-def _with_images(
-    frame: Frame, places: np.ndarray, owners: np.ndarray, reach: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``places`` (q, d) and their images within reach of the box, and their owners."""
-    for axis in reversed(range(frame.dimension)):  # upper images are shifted along axis 0, which comes last
-        edge = frame.box[axis]
-        if not frame.periodic[axis]:
-            continue
-        turns = range(-math.ceil(reach / edge), math.ceil(reach / edge) + 1)
-        step = edge * np.eye(frame.dimension)[axis]
-        step[0] += (frame.tilt or 0.0) * edge * (axis == 1)
-        moved = [places + turn * step for turn in turns]
-        x = np.concatenate(moved)
-        if frame.tilt and axis == 1:
-            x[:, 0] %= frame.box[0]
-        kept = (x[:, axis] >= -reach) & (x[:, axis] <= edge + reach)
-        places, owners = x[kept], np.tile(owners, len(moved))[kept]
-    return places, owners
 
 
 def _widest_void(gaps: np.ndarray, smallest: float, least: int) -> float:

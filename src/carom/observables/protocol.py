@@ -7,6 +7,7 @@ Every observable of Carom and of one's own is measured so, of a run, of a file, 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
 
@@ -96,7 +97,7 @@ def averages(values: Sequence[Any]) -> Any:
     Raises
     ------
     InputError
-        If the values are not real numbers, or differ in shape.
+        If there is none, or they are not real numbers, or differ in shape.
     """
     try:
         turned = any(np.iscomplexobj(value) for value in values)
@@ -111,9 +112,9 @@ def averages(values: Sequence[Any]) -> Any:
             "add() returned a complex number, which has no error bar of its own; return its real and "
             "imaginary part, or its square, as an array."
         )
-    if series.ndim == 1:
+    if series.ndim < 2 or not len(series):
         return blocking(series)
-    flat = series.reshape(len(series), -1)
+    flat = series.reshape(len(series), math.prod(series.shape[1:]))
     found = np.empty(flat.shape[1], dtype=object)
     found[:] = [blocking(column) for column in flat.T]
     return found.reshape(series.shape[1:])

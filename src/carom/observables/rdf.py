@@ -19,7 +19,6 @@ from carom.arithmetic import exponential, power, pseudo_inverse
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
-from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.of_frames import OfFrames, count_pairs, species_pair
 from carom.observables.pair_counts import counts_of
 from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown, unwarned
@@ -199,11 +198,11 @@ class _Histograms(OfFrames):
             if contact is not None and chosen is None:
                 raise InputError("contact is the distance of two species, and no pair is given.")
             diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-            self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
+            self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
 
     def _of(self, frame: Frame) -> tuple[dict[str, np.ndarray], float]:
         """Return the pairs in each bin of each g(r), and the volume [length^d]."""
-        self._fit(0.5 * _narrowest(frame))
+        self._fit(0.5 * min(frame.box))
         return counts_of(frame, self._asked), math.prod(frame.box)
 
     def _fit(self, half: float) -> None:
@@ -408,14 +407,6 @@ def _wanted(scene: Scene, species: np.ndarray, named: tuple[str, ...]) -> _Wante
     return wanted
 
 
-def _narrowest(frame: Frame) -> float:
-    """Return the shortest distance of two faces of the box, at any tilt that a sheared one has [length]."""
-    edges = [float(edge) for edge in frame.box]
-    if frame.tilt is not None:
-        edges[0] /= math.hypot(1.0, 0.5 * edges[0] / edges[1] + LONGEST_STRAIN)
-    return min(edges)
-
-
 def _distribution(
     first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None, volumes: np.ndarray
 ) -> dict[str, Any]:
@@ -499,7 +490,8 @@ def _checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
             f"box; use rmax <= {half:.6g} or a larger box."
         )
     if not end > rmin:
-        raise InputError(f"rmax is {end:.6g}; it must exceed {rmin:.6g}, where the bins begin.")
+        name = "Half of the shortest box edge" if rmax is None else "rmax"
+        raise InputError(f"{name} is {end:.6g}; it must exceed {rmin:.6g}, where the bins begin.")
     return end
 
 
@@ -515,8 +507,8 @@ def _bin_edges(
         raise InputError(f"width is {width!r}; it must be a positive length.")
     if bins is not None and width is not None:
         rmax = diameter + bins * width
-    elif rmax is None and diameter > 0.0:
-        rmax = min(0.5 * shortest, DEFAULT_REACH * diameter)
+    elif rmax is None and 0.0 < DEFAULT_REACH * diameter < 0.5 * shortest:
+        rmax = DEFAULT_REACH * diameter
     end = _checked_rmax(rmax, shortest, diameter)
     if bins is None:
         if width is None:

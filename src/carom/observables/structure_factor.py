@@ -16,7 +16,10 @@ from carom.observables.of_frames import OfFrames, species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
+from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
+
+SAME = 1e-6  # change of the tilt of a box up to which it is that of rounded files
 
 SHELLS = 32  # lengths of wave vectors where neither ``shells`` nor ``kmax`` is given
 
@@ -41,8 +44,8 @@ class StructureFactor(OfFrames):
     ------
     InputError
         If both ``shells`` and ``kmax`` are given. From :meth:`add`, if an axis has walls, a species is
-        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`begin`, if
-        the scene has obstacles.
+        unknown, or frames differ in n or in the tilt of the box. From :meth:`result`, before any frame.
+        From :meth:`begin`, if the scene has obstacles.
 
     Notes
     -----
@@ -67,7 +70,6 @@ class StructureFactor(OfFrames):
 
     _what = "S(k)"
     _uniform = True
-    _upright = "its wave vectors turn with the strain, and no shell keeps its length"
 
     def __post_init__(self) -> None:
         if self.shells is not None and self.kmax is not None:
@@ -78,20 +80,28 @@ class StructureFactor(OfFrames):
             checks.number(self.kmax, "kmax", low=0.0, open_low=True)
 
     def _begin(self, first: Frame) -> None:
+        tilt = room_of_frame(first).tilt
         if self.kmax is None:
-            self._waves = Waves.of(first.box, SHELLS if self.shells is None else self.shells)
+            self._waves = Waves.of(first.box, SHELLS if self.shells is None else self.shells, tilt)
         else:
-            self._waves = Waves.within(first.box, self.kmax)
+            self._waves = Waves.within(first.box, self.kmax, tilt)
         self._chosen = None if self.pair is None else species_pair(first, self.pair)
 
     def _of(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
         """Return S at the wave vectors of the frame, and their lengths over those of the first frame."""
-        waves = self._waves.in_box(frame.box)
+        room, waves = room_of_frame(frame), self._waves.in_box(frame.box)
+        turned = room.tilt - waves.tilt
+        if turned and abs(math.remainder(turned, frame.box[0] / frame.box[1])) > SAME:
+            raise InputError(
+                f"A frame has tilt {room.tilt:g}, the first one {waves.tilt:g}, and wave vectors turn with "
+                "the strain; measure S(k) of frames of one tilt."
+            )
+        positions = room.along(frame.positions)
         if self._chosen is None:
-            rho = waves.density(frame.positions)
+            rho = waves.density(positions)
             square, weight = np.sum(rho * rho, axis=1), float(frame.n)
         else:
-            parts = [frame.positions[frame.species == k] for k in self._chosen]
+            parts = [positions[frame.species == k] for k in self._chosen]
             a = waves.density(parts[0])
             b = a if self._chosen[0] == self._chosen[1] else waves.density(parts[1])
             square, weight = np.sum(a * b, axis=1), math.sqrt(len(parts[0]) * len(parts[1]))

@@ -48,21 +48,16 @@ def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def _with_images(room: Room, places: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places and their images up to ``depth`` beyond the box, and whose they are (-1: mirrored)."""
-    points, who = places, np.arange(len(places))
-    for axis, (edge, periodic) in enumerate(zip(room.box, room.periodic, strict=True)):
-        x = points[:, axis]
-        if periodic:
-            turns = math.ceil(depth / edge)
-            images = [(x + k * edge, who) for k in range(-turns, turns + 1) if k]
-        else:
-            images = [(far - x, np.full_like(who, -1)) for far in (0.0, 2.0 * edge)]
+    points, who = room.images(places, depth)
+    for axis in np.flatnonzero(~room.periodic):
+        edge, x = room.box[axis], points[:, axis]
         parts, owners = [points], [who]
-        for there, whose in images:
+        for there in (-x, 2.0 * edge - x):
             near = (there >= -depth) & (there <= edge + depth)
             image = points[near]
             image[:, axis] = there[near]
             parts.append(image)
-            owners.append(whose[near])
+            owners.append(np.full(len(image), -1))
         points, who = np.concatenate(parts), np.concatenate(owners)
     return points, who
 

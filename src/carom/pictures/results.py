@@ -124,7 +124,7 @@ def _dynamics(axes: Axes, result: DynamicsResult) -> None:
     if (result.mean_square > 0.0).all():
         axes.set_yscale("log")
         low, high = axes.get_ylim()
-        # At first all fly freely; in the end the slope is that of the plateau of the running diffusion.
+        # At first all fly freely.
         flights = result.dimension * result.velocity_square.mean * result.times**2
         axes.plot(
             result.times,
@@ -134,12 +134,11 @@ def _dynamics(axes: Axes, result: DynamicsResult) -> None:
             linewidth=1.1,
             label="free flight, ⟨v²⟩ t²",
         )
-        diffusion = result.running_diffusion[-1]
-        if diffusion > 0.0:
-            spread = 2 * result.dimension * diffusion * result.times
-            axes.plot(
-                result.times, spread, ":", color=WARM, linewidth=1.3, label=f"2dDt, D = {diffusion:.3g}"
-            )
+        if np.isfinite(result.fit_first):
+            fitted = np.linspace(result.fit_first, result.fit_last)
+            line = 2 * result.dimension * result.diffusion.mean * fitted + result.fit_offset
+            text = result.diffusion.value_text.replace("+-", "±")
+            axes.plot(fitted, line, color=WARM, linewidth=2.4, label=f"2dDt + c, D = {text}")
         axes.set_ylim(low, high)
     axes.set(xlabel="time t", ylabel="mean square displacement")
 

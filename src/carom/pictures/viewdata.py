@@ -131,9 +131,8 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
 def psi_6(frame: Frame) -> np.ndarray:
     """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbors."""
     room = room_of_frame(frame)
-    places = room.wrapped(frame.positions)
-    pairs = np.stack([np.repeat(np.arange(frame.n), SIX), nearest(room, places, SIX).ravel()], axis=1)
-    x, y = room.separations(places, pairs).T
+    _, bonds = nearest(room, room.wrapped(frame.positions), SIX)
+    x, y = bonds(slice(None)).T
     psi = np.exp(6j * np.arctan2(y, x)).reshape(-1, SIX).mean(axis=1)
     return np.stack([np.angle(psi), np.abs(psi)], axis=1)
 

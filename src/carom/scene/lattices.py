@@ -155,7 +155,8 @@ def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...
     around = [each for each in (below, cells) if each is not None]
     if count == n or nearest:
         return min(around, key=lambda each: abs(lattice.count(each) - n))
+    counts = " or ".join(str(lattice.count(each)) for each in around)
     raise InputError(
         f"n = {n} does not fill a {lattice.name} lattice with equal cells along every axis; take n = "
-        f"{' or '.join(str(lattice.count(each)) for each in around)} (nearest=True does), or give cells."
+        f"{counts} (nearest=True does, as an option --nearest), or give cells."
     )

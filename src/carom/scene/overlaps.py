@@ -1,7 +1,7 @@
 """Overlaps of spheres with each other and with obstacles: the check of every initial state, and of frames.
 
-Two overlap if and only if their *nearest* images do, the nearest along each axis; none meets its own, as edge
-> diameter. The k-d trees and cells are the scene's own: no fault of the engine's search is shared.
+Two overlap if and only if their *nearest* images do; none meets its own, as edge > diameter. The k-d trees
+and cells are the scene's own: no fault of the engine's search is shared.
 """
 
 from __future__ import annotations
@@ -80,15 +80,27 @@ class Room:
     obstacles: Sequence[Obstacle] = ()  # without the walls of the box
     tilt: float = 0.0  # in edges: shift along axis 0 of the image up axis 1 (Shear)
 
+    def __post_init__(self) -> None:
+        """Take the tilt less whole edges, at most half of their ratio: the lattice is the same."""
+        if self.tilt:
+            ratio = float(self.box[0] / self.box[1])
+            less = ratio * round(self.tilt / ratio) if self.periodic[0] else 0.0
+            object.__setattr__(self, "tilt", self.tilt - less if self.periodic[1] else 0.0)
+
+    @property
+    def half(self) -> float:
+        """Half of the shortest periodic edge [length]: nearer than that, a pair has one image."""
+        return 0.5 * float(self.box[self.periodic].min(initial=math.inf))
+
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (n, d) moved into ``0 <= x < edge`` along periodic axes, or the tilted cell."""
-        if self.tilt:
-            return self._tilted(wrapped(self._along(positions), self.box), 1.0)
+        inside = self.along(positions)
         if self.periodic.all():
-            return wrapped(positions, self.box)
-        inside = positions.copy()
-        inside[:, self.periodic] = wrapped(positions[:, self.periodic], self.box[self.periodic])
-        return inside
+            inside = wrapped(inside, self.box)
+        else:
+            inside = inside.copy()
+            inside[:, self.periodic] = wrapped(inside[:, self.periodic], self.box[self.periodic])
+        return self._tilted(inside, 1.0) if self.tilt else inside
 
     def _tilted(self, positions: np.ndarray, sign: float) -> np.ndarray:
         """Return positions along the axes of the lattice as those in space, or with ``sign = -1`` back."""
@@ -96,30 +108,69 @@ class Room:
         found[:, 0] += sign * self.tilt * positions[:, 1]
         return found
 
-    def _along(self, positions: np.ndarray) -> np.ndarray:
+    def along(self, positions: np.ndarray) -> np.ndarray:
         """Return positions as coordinates along the axes of the lattice."""
         return self._tilted(positions, -1.0) if self.tilt else positions
 
     def _straight(self, places: np.ndarray) -> tuple[Room, np.ndarray, float]:
         """Return the room with right angles, the places in it, and the norm of the map to it."""
         longer = 0.5 * (abs(self.tilt) + math.hypot(self.tilt, 2.0))
-        return Room(self.box, self.periodic), wrapped(self._along(places), self.box), longer
+        straight = Room(self.box, self.periodic)
+        return straight, straight.wrapped(self.along(places)), longer
 
     def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-        """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
+        """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2).
+
+        In a tilted box one that is farther than the shortest edge may not be the nearest.
+        """
         i, j = pairs.T
-        positions = self._along(positions)
-        result = np.empty((len(pairs), len(self.box)))
+        result, up = np.empty((len(pairs), len(self.box))), np.zeros(1)
         # One axis at a time takes half as long as all axes at once, which gathers rows of few numbers.
-        for axis, (edge, periodic) in enumerate(zip(self.box, self.periodic, strict=True)):
+        for axis, (edge, periodic) in reversed([*enumerate(zip(self.box, self.periodic, strict=True))]):
             place = np.ascontiguousarray(positions[:, axis])
             separation = place[j] - place[i]
+            if axis == 0 and self.tilt:  # an image up axis 1 is shifted along axis 0
+                separation -= self.tilt * up
             if periodic:
-                separation -= edge * np.rint(separation / edge)
+                up = edge * np.rint(separation / edge)
+                separation -= up
             result[:, axis] = separation
-        if self.tilt:
-            result[:, 0] += self.tilt * result[:, 1]
+        if self.tilt and self.periodic[0]:
+            # From half an edge on, the image on the other side along axis 1 may be nearer.
+            far = np.flatnonzero(np.einsum("ij,ij->i", result, result) > self.half**2)
+            other = result[far]
+            steps = np.copysign(self.box[1], other[:, 1])
+            other[:, 1] -= steps
+            other[:, 0] -= self.tilt * steps
+            other[:, 0] -= self.box[0] * np.rint(other[:, 0] / self.box[0])
+            nearer = np.sum(other**2, axis=1) < np.sum(result[far] ** 2, axis=1)
+            result[far[nearer]] = other[nearer]
         return result
+
+    def images(self, places: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return places (n, d) in the box, then their images up to ``reach`` beyond it, and whose they are.
+
+        A tilted box is that with right angles, whose images up axis 1 are shifted (Lees and Edwards).
+        """
+        points = Room(self.box, self.periodic).wrapped(self.wrapped(places) if self.tilt else places)
+        who = np.arange(len(points))
+        # Axis 0 comes last, because images up axis 1 are shifted along it.
+        for axis in reversed(np.flatnonzero(self.periodic).tolist()):
+            edge = float(self.box[axis])
+            most = math.ceil(reach / edge)
+            parts, owners = [points], [who]
+            for turn in (k for k in range(-most, most + 1) if k):
+                there = points[:, axis] + turn * edge
+                near = (there >= -reach) & (there <= edge + reach)
+                image = points[near]
+                image[:, axis] = there[near]
+                if axis == 1 and self.tilt:
+                    image[:, 0] += turn * self.tilt * edge
+                    image[:, :1] = Room(self.box[:1], self.periodic[:1]).wrapped(image[:, :1])
+                parts.append(image)
+                owners.append(who[near])
+            points, who = np.concatenate(parts), np.concatenate(owners)
+        return points, who
 
     def distances(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Return the distances (m,) of the nearest images of ``pairs`` (m, 2)."""

@@ -81,10 +81,11 @@ class SceneSpec(Spec):
     }
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("cells", "n"),
+        ("cells", "nearest"),
         ("packing_fraction", "density", "box"),
         ("diameter", "sizes"),
     )
-    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"lattice": ("cells",)}
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"lattice": ("cells", "nearest")}
 
     n: int | None = option(integer(low=1, high=fields.MOST), "Number of particles.", SYSTEM, ("--n",))
     packing_fraction: float | None = option(
@@ -106,6 +107,9 @@ class SceneSpec(Spec):
         fields.each_axis(integer(low=1, high=fields.MOST)),
         "Cells of the lattice along each axis, instead of n.",
         SYSTEM,
+    )
+    nearest: bool | None = option(
+        switch, "Take the number nearest to n that fills the lattice.", SYSTEM, ("--nearest",)
     )
     diameter: float | None = option(
         positive, "Diameter of all particles, also for a file without any.", SYSTEM
@@ -166,6 +170,7 @@ class SceneSpec(Spec):
         """
         if self.lattice == "none":
             self._put("lattice", None)
+        self._put("nearest", self.nearest or None)
         self._check_together()
         self._check_species()
         if self.impact is not None:
@@ -179,6 +184,11 @@ class SceneSpec(Spec):
         self._default("dimension", FIXED.get(self.lattice or "", 3) if self.box is None else len(self.box))
         if not self._given("cells", "n") and not self.counted:
             self._put("n", N)
+        if self.nearest and self.n is not None:
+            from carom.scene import lattices
+
+            lattice = lattices.named(self.lattice, self.dimension)
+            self._put("n", lattice.count(lattices.cells_for(lattice, self.n, True)))
         if not self._given("packing_fraction", "density", "box"):
             self._put("packing_fraction", self._usual_fraction())
         if not self.species:
@@ -228,7 +238,7 @@ class SceneSpec(Spec):
             every = [name for name in fields_of(SceneSpec) if name not in WITH_FILE]
             where, unused = "with file", every
         elif self.lattice is None:
-            where, unused = "without a lattice", ["cells"]
+            where, unused = "without a lattice", ["cells", "nearest"]
         else:
             where, unused = f'with lattice = "{self.lattice}"', ["box", "sizes"]
         unused += [] if self.file is not None else ["frame"]

@@ -17,7 +17,7 @@ from carom.version import __version__
 
 SYSTEM, LENGTH = "The system (overrides a scene file)", "How long"
 
-POINT = ("n", "packing_fraction", "density", "box", "dimension", "lattice", "cells")
+POINT = ("n", "packing_fraction", "density", "box", "dimension", "lattice", "cells", "nearest")
 """Keys of ``[scene]`` that say how many particles there are and how dense: one point of a grid."""
 
 MOST = 10**8

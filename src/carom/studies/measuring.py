@@ -122,8 +122,6 @@ def _structure(system: _System) -> StructureFactor:
         raise InputError(
             f"with {system.confined} the fluid is not the same everywhere, and S depends on more than k"
         )
-    if frame.tilt is not None:
-        raise InputError("the box is sheared, and has no wave vectors of its own")
     # The number of wave vectors up to k, one of each k and -k.
     per_volume = 0.5 * 2.0**d * ball_volume(d) * float(np.prod(frame.box / (2.0 * np.pi)))
     kmax = min((PRODUCTS / frame.n / per_volume) ** (1.0 / d), WAVES / system.spacing)
@@ -148,8 +146,8 @@ def _order(system: _System) -> BondOrder:
         raise InputError(f"it is measured in 2 to {max(NEAREST)} dimensions, and there are {frame.dimension}")
     if frame.n <= NEAREST[frame.dimension]:
         raise InputError(f"it needs {NEAREST[frame.dimension] + 1} particles, and there are {frame.n}")
-    width = BOND_WIDTH * system.diameter
-    return BondOrder(rmax=max(min(system.half, DEFAULT_REACH * system.diameter), width), width=width)
+    rmax = min(system.half, DEFAULT_REACH * system.diameter)
+    return BondOrder(rmax=rmax, width=min(BOND_WIDTH * system.diameter, rmax))
 
 
 def _profile(system: _System) -> DensityProfile:

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.frame import Frame
 from carom.observables.bond_order import orders_of
+from carom.observables.neighbors import within
 from carom.observables.tessellation import voronoi_bonds
 from carom.scene.overlaps import room_of_frame
 
@@ -35,12 +36,12 @@ def q_6(frame: Frame) -> float:
     """
     room = room_of_frame(frame)
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)
-    pairs = room.near(room.wrapped(frame.positions), reach)
+    pairs, bonds = within(room, room.wrapped(frame.positions), reach)
     if not len(pairs):
         return 0.0
     # In parts, so that intermediate arrays stay in the cache.
-    parts = np.array_split(pairs, math.ceil(len(pairs) / MANY))
-    products = np.sum([_products(room.separations(frame.positions, part).T) for part in parts], axis=0)
+    parts = [slice(at, at + MANY) for at in range(0, len(pairs), MANY)]
+    products = np.sum([_products(bonds(part).T) for part in parts], axis=0)
     moments = dict(zip(SUMS, (products / len(pairs)).ravel(), strict=True))
     squares = [_ordered_squares(moments)]
     for degree in (4, 2, 0):
