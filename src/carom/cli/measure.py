@@ -11,7 +11,7 @@ import typer
 
 from carom.cli.options import FLAGS, Box, Diameter, Json, Overwrite, Quiet, lacking, refuse_to_replace
 from carom.cli.trouble import PARTLY, friendly
-from carom.texts import visible
+from carom.texts import typed, visible
 
 _RDF = "Of g(r)"
 _PROFILE = "Of the density profile"
@@ -102,7 +102,9 @@ def measure(
         asked["profile"] = {"axis": int(axis) if axis.isdecimal() else axis}
     for name in asked:
         if name not in names:
-            raise InputError(f"The options of {name} go with its name: carom measure {path} {name} ...")
+            raise InputError(
+                f"The options of {name} go with its name: {typed('carom measure', path)} {name} ..."
+            )
     wanted = [
         measuring.QUANTITIES[name].observable(**asked[name]) if name in asked else name for name in names
     ]

@@ -19,6 +19,7 @@ from carom.io.formats import Reader
 from carom.io.validation import narrowed
 from carom.paths import reason
 from carom.scene.species import MOST_SPECIES
+from carom.texts import typed
 
 if TYPE_CHECKING:
     from carom.io.foreign_source import RawFrame, Source
@@ -177,7 +178,7 @@ class ForeignReader(Reader):
         if not cell[:d].any(axis=1).all():
             raise FileError(
                 f"{self.path} holds no box; give its edges, as box={(10,) * d} or with "
-                f"`carom export {self.path} NEW.h5md --box {','.join(['10'] * d)}`."
+                f"`{typed('carom export', self.path)} NEW.h5md --box {','.join(['10'] * d)}`."
             )
         skew = cell[:d, :d] - np.diag(edges)
         shift = float(skew[1, 0]) if d > 1 else 0.0

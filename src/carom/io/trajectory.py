@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
@@ -18,6 +17,7 @@ from carom.io.foreign_source import PACKED
 from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
 from carom.io.locks import under_way
 from carom.paths import PARSE_ERRORS, existing, writable
+from carom.texts import typed
 
 FRAMES = (
     "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
@@ -82,11 +82,11 @@ def _refuse_states(path: Path) -> None:
     if checkpoint.is_one(path):
         kind, after = "a checkpoint, the state of a simulation", f"carom.load({str(path)!r}) in Python"
         if path.name in STATES:
-            after = f"`carom resume {shlex.quote(str(path.parent))}`"
+            after = f"`{typed('carom resume', path.parent)}`"
         raise FileError(f"{path} is {kind}, and holds no frames; {after} continues it.")
     if events.is_log(path):
         raise FileError(
-            f"{path} is an event log, and holds no frames; `carom view {shlex.quote(str(path))}` replays it."
+            f"{path} is an event log, and holds no frames; `{typed('carom view', path)}` replays it."
         )
 
 

@@ -11,11 +11,12 @@ from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of
 from carom.io.records import toml_tables
 from carom.io.trajectory import STATES, open_reader
 from carom.spec import read
-from carom.studies.kind import MOST_LINES, Info, typed
+from carom.studies.kind import MOST_LINES, Info
 from carom.studies.kind_of_studies import STUDIES, results
 from carom.studies.kinds import RESULTS, kind_at
 from carom.studies.saved import load
 from carom.studies.study import Study
+from carom.texts import typed
 
 EXPECTED = (
     "a scene file or study file (.toml), the folder of a run, packing, study or plan, a trajectory "
