@@ -71,11 +71,18 @@ def convert(
         return 1 if suffix == ".data" else len(reader)
 
 
-def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
+def rebuild(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    keep: int,
+    *,
+    diameter: float | Mapping[str, float] | None = None,
+    box: Sequence[float] | None = None,
+) -> int:
     """Write `target` from the first `keep` frames of `source`, after a kill for example, and return `keep`.
 
     The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
-    frame of `source` is ignored.
+    frame of `source` is ignored. `diameter` and `box` are those of :func:`carom.open`.
 
     Raises
     ------
@@ -86,7 +93,7 @@ def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep
     """
     format_of(target)
     checks.integer(keep, "keep", low=0)
-    with open_reader(source, torn=True) as reader:
+    with open_reader(source, torn=True, diameter=diameter, box=box) as reader:
         if len(reader) < keep:
             raise FileError(f"{source} holds {len(reader)} complete frames, and {keep} were to be kept.")
         return _copy(reader, Path(target), keep, None)

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
-from carom.io.foreign_source import RawFrame, Source, text_of, tilted_cell
+from carom.io.foreign_source import UNENDED, RawFrame, Source, is_number, text_of, tilted_cell
 from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
 
@@ -33,7 +33,9 @@ class Xyz(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._index = Index(path, whole=True)
+        self._index = Index(path)
+        if self._index.torn:
+            self.cut = UNENDED if self._index.unended else f"it ends inside frame {len(self)}"
 
     def __len__(self) -> int:
         return len(self._index)
@@ -48,7 +50,7 @@ class Xyz(Source):
         if not extended:  # a sentence, in which a comma or a unit may follow a number
             info = {key: value.rstrip(",;") for key, value in info.items()}
         time = None
-        if "time" in info and (extended or _is_number(info["time"])):
+        if "time" in info and (extended or is_number(info["time"])):
             time = number_of(info, "time")
         coordinates = columns["pos"].reshape(len(columns["pos"]), -1)
         cell = lattice_of(info)
@@ -83,14 +85,6 @@ def _said_dimension(info: dict[str, str], width: int) -> int | None:
     return number_of(info, "dimension", int, width) if "dimension" in info or width < 3 else None
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _of_elements(numbers: np.ndarray | None, symbols: Any) -> np.ndarray:
     """Return the masses that ASE gives to chemical elements, by number or by symbol; others have 1."""
     from ase.data import atomic_masses, atomic_numbers
@@ -109,26 +103,31 @@ class _Blocks(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._lines = [line for line in text_of(path) if not line.startswith(self.comment)]
+        lines, rest = text_of(path)
+        self._lines = [line for line in lines if not line.startswith(self.comment)]
         while self._lines and not self._lines[-1].strip():
             self._lines.pop()
-        self._starts: list[int] = []
-        at = 0
-        while at < len(self._lines):
-            self._starts.append(at)
+        self._bounds = [0]
+        while not self.cut and (at := self._bounds[-1]) < len(self._lines):
             number = "".join(self._lines[at + self.count_line : at + self.count_line + 1]).strip()
-            if not number.isdecimal() or int(number) == 0:
-                raise ValueError(f"frame {len(self) - 1} has {number!r} for its number of particles")
-            at += int(number) + self.around
-        if at > len(self._lines):
-            raise ValueError(f"it ends inside frame {len(self) - 1}")
+            end = at + self.around + (int(number) if number.isdecimal() else 0)
+            if at + self.count_line < len(self._lines) and end <= at + self.around:
+                self.cut = f"frame {len(self)} has {number!r} for its number of particles"
+            elif end > len(self._lines):
+                self.cut = (
+                    UNENDED if rest and end == len(self._lines) + 1 else f"it ends inside frame {len(self)}"
+                )
+            else:
+                self._bounds.append(end)
+        if rest and not rest.startswith(self.comment) and not self.cut:
+            self.cut = f"it ends inside frame {len(self)}"
 
     def __len__(self) -> int:
-        return len(self._starts)
+        return len(self._bounds) - 1
 
     def _of(self, k: int) -> list[str]:
         """Return the lines of frame k."""
-        return self._lines[self._starts[k] : (*self._starts, len(self._lines))[k + 1]]
+        return self._lines[self._bounds[k] : self._bounds[k + 1]]
 
 
 class Gro(_Blocks):
@@ -155,7 +154,7 @@ class Gro(_Blocks):
             _columns(rows, 20, width, k), cell,
             velocities=_columns(rows, end, points[4] - points[3], k) if moving else None,
             kinds=np.array([row[10:15].strip() for row in rows]),
-            time=float(time[1]) if time and _is_number(time[1]) else None,
+            time=float(time[1]) if time and is_number(time[1]) else None,
         )  # fmt: skip
 
 
@@ -173,7 +172,7 @@ def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
     try:
         return np.array(words, dtype=np.float64).reshape(-1, 3)
     except ValueError:
-        at = next(at for at, word in enumerate(words) if not _is_number(word))
+        at = next(at for at, word in enumerate(words) if not is_number(word))
         raise ValueError(f"frame {k} has {words[at]!r} where particle {at // 3 + 1} has a number") from None
 
 
@@ -236,7 +235,7 @@ class Gsd(Source):
             particles.position, cell, -0.5 * cell.sum(axis=0), (True,) * 3,
             velocities=self._of(particles, "velocity"), diameters=diameters,
             masses=self._of(particles, "mass"), images=self._of(particles, "image"),
-            kinds=names[particles.typeid], time=float(stored.configuration.step), dimension=d,
+            kinds=names[particles.typeid], step=float(stored.configuration.step), dimension=d,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -299,9 +298,9 @@ class H5md(Source):
             self._clocks[at, count] = at[()] if at.shape else start + at[()] * np.arange(count)
         return self._clocks[at, count]
 
-    def _time(self, k: int) -> float | None:
-        known = (self._moments(self._coordinates, clock) for clock in reversed(_CLOCKS))
-        return next((float(moments[k]) for moments in known if moments is not None), None)
+    def _clock(self, clock: str, k: int) -> float | None:
+        moments = self._moments(self._coordinates, clock)
+        return None if moments is None else float(moments[k])
 
     def read(self, k: int) -> RawFrame:
         """Return frame k."""
@@ -329,7 +328,8 @@ class H5md(Source):
             diameters=2.0 * radii if radii is not None else self._element(group, "diameter", k),
             masses=self._element(group, "mass", k), images=self._element(group, "image", k),
             kinds=self._element(group, "species", k), ids=self._element(group, "id", k),
-            time=self._time(k), dimension=width if width < 3 else None,
+            time=self._clock("time", k), step=self._clock("step", k),
+            dimension=width if width < 3 else None,
             dropped=(*self._left, *(name for name in group if name not in known)),
         )  # fmt: skip
 

@@ -94,6 +94,10 @@ class Reader(Closing, ABC):
     def _read(self, k: int) -> Frame:
         """Return frame ``0 <= k < len(self)`` as it stands in the file."""
 
+    def _way_out(self, k: int) -> str:
+        """Return how to get the frames before frame k, which cannot be read, as the end of a sentence."""
+        return ""
+
     def _checked(self, k: int) -> Frame:
         """Return frame ``0 <= k < len(self)``; raise FileError if Carom would not write such a frame."""
         frame = self._read(k)
@@ -102,7 +106,7 @@ class Reader(Closing, ABC):
         if wrong is None and k - 1 in self._instants:
             wrong = step_back(frame, *self._instants[k - 1])
         if wrong is not None:
-            raise FileError(f"{self.path} {self._stranger}: in frame {k} the {wrong}.")
+            raise FileError(f"{self.path} {self._stranger}: in frame {k} the {wrong}{self._way_out(k)}.")
         return frame
 
     @overload

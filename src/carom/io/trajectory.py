@@ -66,7 +66,7 @@ def open_reader(
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
         from carom.io.foreign import ForeignReader
 
-        return ForeignReader(path, form, diameter, box)
+        return ForeignReader(path, form, diameter, box, torn)
     frames: Reader = _module(path).READER(path, torn=torn)  # first of all a file must be whole
     for name, given in (("diameter", diameter), ("box", box)):
         if given is not None:

@@ -1,0 +1,134 @@
+"""What holds of every format: it comes back as it was written, and what is cut is never read wrongly."""
+
+import bz2
+import gzip
+import lzma
+import warnings
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import CaromWarning, FileError
+
+ROWS = ((1.5, 2.25, 3.125), (11.25, 12.5, 17.25))
+"""Positions, whose digits are all needed."""
+
+
+def _dump(k):
+    rows = "".join(f"{i} 1 {x} {y} {z}\n" for i, (x, y, z) in enumerate(ROWS, 1))
+    return (
+        f"ITEM: TIME\n{k / 4}\nITEM: TIMESTEP\n{100 * k}\nITEM: NUMBER OF ATOMS\n2\n"
+        f"ITEM: BOX BOUNDS pp pp pp\n0 20\n0 20\n0 20.5\nITEM: ATOMS id type x y z\n{rows}"
+    )
+
+
+def _data(k):
+    rows = "".join(f"{i} 1 {x} {y} {z}\n" for i, (x, y, z) in enumerate(ROWS, 1))
+    head = (
+        "a start\n\n2 atoms\n1 atom types\n\n0 20 xlo xhi\n0 20 ylo yhi\n0 20.5 zlo zhi\n\nMasses\n\n1 2.5\n"
+    )
+    return f"{head}\nAtoms # atomic\n\n{rows}\nVelocities\n\n1 0.5 0.25 1.5\n2 -0.5 0.25 -1.75\n"
+
+
+def _xyz(k):
+    return "2\n\n" + "".join(f"Ar {x} {y} {z}\n" for x, y, z in ROWS)
+
+
+def _extxyz(k):
+    head = f'2\nLattice="20 0 0 0 20 0 0 0 20.5" Properties=species:S:1:pos:R:3 time={k / 4}\n'
+    return head + "".join(f"Ar {x} {y} {z}\n" for x, y, z in ROWS)
+
+
+def _gro(k):
+    rows = "".join(
+        f"    1Ar      A    {i}" + "".join(f"{c:8.3f}" for c in row) + "\n" for i, row in enumerate(ROWS)
+    )
+    return f"gas t= {k / 4}\n    2\n{rows}  20.00000  20.00000  20.50000\n"
+
+
+def _sph(k):
+    return "2\n20 20 20.5\n" + "".join(f"a {x} {y} {z} 0.25\n" for x, y, z in ROWS)
+
+
+def _pdb(k):
+    rows = "".join(
+        f"ATOM  {i:5d}  AR  AR  X   1    "
+        + "".join(f"{c:8.3f}" for c in row)
+        + "  1.00  0.00          AR  \n"
+        for i, row in enumerate(ROWS)
+    )
+    box = "CRYST1   20.000   20.000   20.500  90.00  90.00  90.00 P 1           1\n"
+    return f"{box}MODEL     {k + 1:4d}\n{rows}ENDMDL\n"
+
+
+def _xdatcar(k):
+    head = "Ar\n1.0\n20.0 0.0 0.0\n0.0 20.0 0.0\n0.0 0.0 20.5\nAr\n2\n" if k == 0 else ""
+    rows = "".join(f"  {x / 20:.8f}  {y / 20:.8f}  {z / 20.5:.8f}\n" for x, y, z in ROWS)
+    return f"{head}Direct configuration=     {k + 1}\n{rows}"
+
+
+TEXTS = {
+    "a.lammpstrj": _dump, "a.data": _data, "a.xyz": _xyz, "a.extxyz": _extxyz, "a.gro": _gro, "a.sph": _sph,
+    "a.pdb": _pdb, "XDATCAR": _xdatcar,
+}  # fmt: skip
+PACKERS = {"": bytes, ".gz": gzip.compress, ".bz2": bz2.compress, ".xz": lzma.compress}
+
+
+def frames_in(path, **given):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        return carom.io.read(path, ":", **given)
+
+
+@pytest.mark.parametrize("packed", PACKERS)
+@pytest.mark.parametrize("name", TEXTS)
+def test_text_that_is_cut_anywhere_is_refused_or_lacks_what_was_cut_and_no_digit(tmp_path, name, packed):
+    if packed and name == "XDATCAR":
+        return
+    texts = [TEXTS[name](k) for k in range(1 if name == "a.data" else 3)]
+    text, whole = "".join(texts), len("".join(texts[:-1]))
+    given = {"box": (20, 20, 20.5)} if name == "a.xyz" else {}
+    path = tmp_path / (name + packed)
+    path.write_bytes(PACKERS[packed](text.encode()))
+    right = frames_in(path, **given)
+    np.testing.assert_allclose(right[-1].positions, ROWS, rtol=1e-7)
+    refused = []
+    for end in range(whole if not packed else len(text) - 12, len(text)):
+        path.write_bytes(PACKERS[packed](text[:end].encode()))
+        try:
+            found = frames_in(path, **given)
+        except FileError as error:
+            refused.append(str(error))
+            continue
+        for frame, other in zip(found, right, strict=False):
+            for of in {"positions", "velocities", "masses", "box", "time"} - {*frame.lacks}:
+                np.testing.assert_array_equal(
+                    getattr(frame, of), getattr(other, of), err_msg=repr(text[:end])
+                )
+    assert len(refused) >= 12 * (name != "a.pdb")
+    words = ("\n", "could not", "inhomogeneous", "index", "invalid", "iteration")
+    assert not [said for said in refused if any(word in said for word in words)]
+
+
+@pytest.mark.parametrize("name", ["a.lammpstrj", "a.extxyz", "a.xyz", "a.gro", "a.sph"])
+@pytest.mark.parametrize("harm", ["cut", "a word", "nan", "a bound"])
+def test_the_frames_before_a_bad_last_one_are_had_by_what_the_refusal_says(tmp_path, monkeypatch, name, harm):
+    monkeypatch.chdir(tmp_path)
+    texts = [TEXTS[name](k) for k in range(3)]
+    last = {
+        "cut": texts[2][:-3],
+        "a word": texts[2].replace("12.5", "much"),
+        "nan": texts[2].replace("12.5", " nan"),
+        "a bound": texts[2].replace("0 20.5\n", "0 20.5x\n") if name == "a.lammpstrj" else texts[2][:-3],
+    }[harm]
+    given = {"box": (20, 20, 20.5)} if name == "a.xyz" else {}
+    (tmp_path / name).write_text("".join([*texts[:2], last.replace(" 12.500", "    nan")]))
+    with pytest.raises(FileError) as caught:
+        frames_in(name, **given)
+    assert str(caught.value).endswith("copies the 2 frames before.")
+    told = next(part for part in str(caught.value).split("; ") if part.startswith("carom.io.rebuild("))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        eval(told.partition(" copies")[0], {"carom": carom})
+    assert len(frames_in("whole.h5md")) == 2
