@@ -3,13 +3,16 @@
 import bz2
 import gzip
 import lzma
+import re
 import warnings
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import carom
-from carom.errors import CaromWarning, FileError
+from carom.cli import app
+from carom.errors import CaromWarning, FileError, InputError
 
 ROWS = ((1.5, 2.25, 3.125), (11.25, 12.5, 17.25))
 """Positions, whose digits are all needed."""
@@ -133,3 +136,92 @@ def test_the_frames_before_a_bad_last_one_are_had_by_what_the_refusal_says(tmp_p
         warnings.simplefilter("ignore", CaromWarning)
         eval(told.partition(" copies")[0], {"carom": carom})
     assert len(frames_in("whole.h5md")) == 2
+
+
+def moving(times, d=3, n=5):
+    """Return frames of a mixture with these times, whose positions need all digits."""
+    rng = np.random.default_rng(d)
+    box, x, v = np.array((8.0, 9.5, 7.25, 6.5))[:d], rng.random((n, d)), rng.normal(size=(n, d))
+    found, kinds = [], np.arange(n) % 2
+    for k, time in enumerate(times):
+        place = x * box + 0.5 * k * v
+        images = np.floor(place / box)
+        found.append(
+            carom.Frame(
+                time, 3 * k, place - images * box, v, box, 0.5 + 0.25 * kinds, 1.0 + kinds,
+                images=images.astype(np.int32), species=kinds, species_names=("big", "small"),
+            )
+        )  # fmt: skip
+    return found
+
+
+def written(path, frames):
+    with carom.open(path, "w") as file:
+        for frame in frames:
+            file.write(frame)
+    return path
+
+
+EQUAL, LATE, UNEQUAL = (0.25, 0.5, 0.75), (1000.1, 1000.2, 1000.3), (1.0, 2.0, 4.0)
+DIGITS = {
+    ".h5md": 0, ".extxyz": 0, ".gsd": 1e-6, ".lammpstrj": 1e-8, ".data": 1e-8, ".dcd": 1e-6, ".pdb": 1e-3,
+}  # fmt: skip
+"""Rounding of coordinates by format, in units of 10."""
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@pytest.mark.parametrize("times", [EQUAL, LATE, UNEQUAL, (7.5,), (0.0,)], ids=str)
+@pytest.mark.parametrize("suffix", DIGITS)
+def test_what_is_written_comes_back_or_it_is_said_at_the_writing(tmp_path, suffix, times, d):
+    frames = moving(times, d)
+    source = written(tmp_path / "a.h5md", frames)
+    if d == 4 and suffix != ".h5md":
+        with pytest.raises(InputError, match="at most 3"):
+            carom.io.convert(source, tmp_path / f"b{suffix}")
+        return
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", CaromWarning)
+        count = carom.io.convert(source, tmp_path / f"b{suffix}")
+    said = [str(each.message) for each in told if each.category is CaromWarning]
+    back = frames_in(tmp_path / f"b{suffix}")
+    assert len(back) == count == (1 if suffix == ".data" else len(frames))
+    plain = suffix in (".dcd", ".pdb")  # which hold positions alone
+    lammps = suffix in (".lammpstrj", ".data")  # which knows no line
+    for frame, found in zip(frames[-count:], back, strict=True):
+        assert found.dimension == (
+            3 if plain and d == 3 else found.dimension if plain else max(d, 1 + lammps)
+        )
+        apart = found.positions[:, :d] - frame.positions
+        apart -= frame.box * np.rint(apart / frame.box)
+        np.testing.assert_allclose(apart, 0.0, atol=10.0 * DIGITS[suffix])
+        np.testing.assert_allclose(found.box[:d], frame.box, rtol=1e-6)
+        if suffix not in (".data", ".pdb", ".dcd"):
+            np.testing.assert_array_equal(found.images[:, :d], frame.images)
+        if not plain:
+            np.testing.assert_allclose(found.velocities[:, :d], frame.velocities, rtol=DIGITS[suffix])
+            np.testing.assert_allclose(found.diameters, frame.diameters, rtol=DIGITS[suffix])
+            np.testing.assert_allclose(found.masses, frame.masses, rtol=DIGITS[suffix])
+            np.testing.assert_array_equal(found.species, frame.species)
+    same = np.allclose([f.time for f in back], times[-count:], rtol=2.0**-22, atol=0.0)
+    assert same != any("holds no times" in each or "interval of time" in each for each in said)
+    assert same or suffix == ".pdb" or (suffix, times) == (".dcd", UNEQUAL)
+    if suffix == ".dcd":
+        assert back[0].time == pytest.approx(times[0], rel=2.0**-22)
+
+
+def test_displacements_at_times_that_no_file_holds_are_told_first(tmp_path):
+    frames = moving([0.5 * k for k in range(12)])
+    source = written(tmp_path / "a.h5md", frames)
+    with pytest.warns(CaromWarning, match="PDB holds no times: they come back as 0, 1 and so on"):
+        carom.io.convert(source, tmp_path / "a.pdb")
+    carom.io.convert(source, tmp_path / "a.lammpstrj")
+    steps = (tmp_path / "a.lammpstrj").read_text()
+    steps = re.sub("ITEM: TIME\n.*\n", "", steps)
+    (tmp_path / "steps.lammpstrj").write_text(steps)
+    for name, assumed in (("a.h5md", 0), ("a.lammpstrj", 0), ("steps.lammpstrj", 1), ("a.pdb", 1)):
+        done = CliRunner().invoke(
+            app, ["measure", str(tmp_path / name), "msd", "--no-pictures", "--overwrite"]
+        )
+        assert done.exit_code == 0, done.output
+        assert done.stdout.splitlines()[0].startswith("msd: ")
+        assert ("as the file holds no times" in done.stdout.splitlines()[0]) == assumed

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from carom import checks
-from carom.errors import FileError, InputError
+from carom.errors import CaromWarning, FileError, InputError
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
 from carom.io.trajectory import open_reader, open_writer, trajectory_of
@@ -46,6 +47,11 @@ def convert(
         If the source cannot be read, or the target exists, cannot be written or is the source.
     InputError
         If the target's format cannot hold the frames.
+
+    Warns
+    -----
+    CaromWarning
+        If the target does not hold the times of the frames: PDB has none, DCD one interval.
     """
     source = trajectory_of(source)
     suffix = Path(target).suffix.lower()
@@ -67,7 +73,9 @@ def convert(
         if len(reader) == 0:
             raise InputError(f"{source} holds no frames; expected at least one.")
         with replacing(destination) as temporary, writing(temporary):
-            exports.export(reader, temporary, suffix, progress)
+            said = exports.export(reader, temporary, suffix, progress)
+        if said:
+            warnings.warn(f"{target}: {said}.", CaromWarning, stacklevel=3)
         return 1 if suffix == ".data" else len(reader)
 
 

@@ -246,6 +246,7 @@ class Dynamics(OfFrames):
         structure = arrays([blocking(column) for column in np.transpose(later)])
         square_now = _mean(np.array(now) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
+        scattered, errors = (np.array(part) for part in zip(*scattering, strict=True))
         return DynamicsResult(
             d,
             np.array([lag * self._every for lag, _, _ in rows]),
@@ -256,7 +257,9 @@ class Dynamics(OfFrames):
             square_now,
             q,
             *structure,
-            *(np.array(part) for part in zip(*scattering, strict=True)),
+            scattered,
+            errors,
+            "time" in self._first.lacks,
         )
 
     def _rows(self, least: int) -> list[tuple[int, np.ndarray, np.ndarray]]:
@@ -348,6 +351,8 @@ class DynamicsResult(Result):
         S(q), by wave number.
     scattering, scattering_error : (l, s) arrays
         F(q, t), by time and wave number.
+    assumed_times : bool
+        Whether the frames have no times: those of this result count time steps, or frames.
     """
 
     dimension: int
@@ -366,6 +371,7 @@ class DynamicsResult(Result):
     structure_factor_error: np.ndarray
     scattering: np.ndarray
     scattering_error: np.ndarray
+    assumed_times: bool = False
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
@@ -376,8 +382,13 @@ class DynamicsResult(Result):
                 self.running_diffusion_error,
             ),
         ]
-        title = f"Displacements at {len(self.times)} times, the last {self.times[-1]:g}"
+        title = f"Displacements at {self._moments()}, the last {self.times[-1]:g}"
         return title, [(name, shown(values, errors, -1)) for name, values, errors in rows]
+
+    def _moments(self) -> str:
+        """Return how many times there are."""
+        of = "of steps or frames, as the file holds no times, " if self.assumed_times else ""
+        return f"{len(self.times)} times {of}".rstrip(" ")
 
     def _columns(self) -> dict[str, Any]:
         names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
@@ -385,6 +396,6 @@ class DynamicsResult(Result):
 
     def __str__(self) -> str:
         return (
-            f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
+            f"{self._moments()} from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
             f"displacement is {shown(self.mean_square, self.mean_square_error, -1)} length^2"
         )
