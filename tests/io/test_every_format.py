@@ -6,6 +6,8 @@ import lzma
 import re
 import warnings
 
+import gsd.hoomd
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -225,3 +227,91 @@ def test_displacements_at_times_that_no_file_holds_are_told_first(tmp_path):
         assert done.exit_code == 0, done.output
         assert done.stdout.splitlines()[0].startswith("msd: ")
         assert ("as the file holds no times" in done.stdout.splitlines()[0]) == assumed
+
+
+NEEDLESS = {
+    "words": lambda file: file.update({"parameters/names": np.array([b"Ar"] * 3, dtype=object)}),
+    "a table": lambda file: file.create_dataset(
+        "observables/table", (3,), dtype=[("step", "i8"), ("name", h5py.string_dtype())]
+    ),
+    "what is compressed": lambda file: file.create_dataset(
+        "observables/e", data=np.zeros(99), compression="gzip"
+    ),
+    "a link to nowhere": lambda file: file.update({"observables/x": h5py.SoftLink("/nowhere")}),
+    "a link to another file": lambda file: file.update({"parameters/y": h5py.ExternalLink("other.h5", "/")}),
+    "a group that is a link": lambda file: file.update({"particles/b": h5py.ExternalLink("other.h5", "/")}),
+    "words in the group": lambda file: file.update(
+        {"particles/all/label": np.array([b"x"] * 5, dtype=object)}
+    ),
+    "an empty data set": lambda file: file.create_dataset("particles/all/nothing", data=h5py.Empty("f8")),
+    "a type": lambda file: file.update({"parameters/type": np.dtype("f4")}),
+    "a link in the file": lambda file: (
+        file["particles/all"].move("position/step", "/steps"),
+        file.update({"particles/all/position/step": h5py.SoftLink("/steps")}),
+    ),
+    "species as words": lambda file: file.update(
+        {"particles/all/species": np.array([b"Ar", b"Kr"] * 2 + [b"Ar"], dtype=object)}
+    ),
+}
+
+
+@pytest.mark.parametrize("more", NEEDLESS)
+def test_h5md_of_others_is_read_whatever_it_holds_that_nobody_needs(tmp_path, more):
+    x = np.random.default_rng(1).random((4, 5, 3)) * 8.0
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        group = file.create_group("particles/all")
+        group["position/value"], group["position/step"] = x, np.arange(4)
+        group["position/time"] = 0.5 * np.arange(4)
+        group.create_group("box").attrs["boundary"] = ["periodic"] * 3
+        group["box/edges"] = [8.0, 8.0, 8.0]
+        NEEDLESS[more](file)
+    frames = frames_in(path)
+    np.testing.assert_array_equal([frame.positions for frame in frames], x)
+    assert [frame.time for frame in frames] == [0.0, 0.5, 1.0, 1.5]
+    if more == "species as words":
+        assert frames[0].species_names == ("Ar", "Kr")
+    with h5py.File(path, "r+") as file:  # and what is needed must be in the file
+        del file["particles/all/position/value"]
+        file["particles/all/position/value"] = h5py.ExternalLink("other.h5", "/")
+    with pytest.raises(FileError, match="link to somewhere else"):
+        carom.open(path)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-6])
+@pytest.mark.parametrize("height", [1.0, 0.0])
+def test_disks_of_hoomd_have_two_dimensions_whatever_rounding_is_in_their_z(tmp_path, noise, height):
+    rng = np.random.default_rng(1)
+    x = rng.random((3, 5, 2)) * [8, 9] - [4, 4.5]
+    with gsd.hoomd.open(str(tmp_path / "a.gsd"), "w") as file:
+        for k in range(3):
+            one = gsd.hoomd.Frame()
+            one.configuration.step, one.configuration.dimensions = 10 * k, 2
+            one.configuration.box = [8, 9, height, 0, 0, 0]
+            one.particles.N = 5
+            one.particles.position = np.c_[x[k], noise * rng.standard_normal(5)]
+            file.append(one)
+    frames = frames_in(tmp_path / "a.gsd")
+    for k, frame in enumerate(frames):
+        assert (frame.dimension, frame.time, "time" in frame.lacks) == (2, 10 * k, True)
+        np.testing.assert_allclose(frame.positions, x[k] + [4, 4.5], atol=1e-6)
+    with gsd.hoomd.open(str(tmp_path / "b.gsd"), "w") as file:
+        one.particles.position = np.c_[x[2], np.arange(5)]
+        file.append(one)
+    with pytest.raises(FileError, match="beyond the 2 dimensions"):
+        frames_in(tmp_path / "b.gsd")
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9])
+@pytest.mark.parametrize("name", ["a.lammpstrj", "a.data", "a.extxyz", "a.gro"])
+def test_disks_of_any_text_have_two_dimensions_whatever_rounding_is_in_their_z(tmp_path, name, noise):
+    text = TEXTS[name](0).replace("0 20.5\n", "-0.25 0.25\n").replace("0 20.5 z", "-0.25 0.25 z")
+    text = text.replace("0 0 20.5", "0 0 0.5").replace("20.50000", "0.50000")
+    if name != "a.gro":
+        text = text.replace(" 3.125\n", f" {noise}\n").replace(" 17.25\n", f" {-noise}\n")
+    else:
+        text = text.replace("   3.125\n", "   0.000\n").replace("  17.250\n", "   0.000\n")
+    (tmp_path / name).write_text(text)
+    (frame,) = frames_in(tmp_path / name)
+    assert frame.dimension == 2
+    np.testing.assert_array_equal(frame.positions, np.array(ROWS)[:, :2])

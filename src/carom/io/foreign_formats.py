@@ -16,12 +16,14 @@ from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes,
 from carom.io.foreign_source import UNENDED, RawFrame, Source, is_number, text_of, tilted_cell
 from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
+from carom.io.inspection import names, part
 
 if TYPE_CHECKING:
     import h5py
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
 _CLOCKS = ("step", "time")
+_ELEMENTS = ("position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box")
 _SOMETIMES = ("velocity", "image")  # elements of H5MD that a frame may do without
 _ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
@@ -251,27 +253,38 @@ class H5md(Source):
     def __init__(self, path: Path):
         super().__init__(path)
         self._clocks: dict[Any, np.ndarray] = {}
-        self._input = Input(path)
+        self._input = Input(path, whole=False)  # others hold what nobody needs
         try:
-            groups = {
-                name: group for name, group in self._input.file["particles"].items() if "position" in group
-            }
-            if not groups:
-                raise ValueError("its group 'particles' has no positions")
-            self._group = max(groups.values(), key=lambda group: _values(group["position"]).shape[-2])
-            self._left = tuple(f"group {name}" for name in groups if groups[name] != self._group)
-            self._coordinates = self._group["position"]
+            groups = self._positions(self._input.file["particles"])
+            name = max(groups, key=lambda name: _values(groups[name]).shape[-2])
+            self._left = tuple(f"group {other}" for other in groups if other != name)
+            self._group, self._coordinates = self._input.file["particles"][name], groups[name]
+            self._elements = {each: part(self._group, each, text=each == "species") for each in _ELEMENTS}
             self.units = str(_values(self._coordinates).attrs.get("unit", ""))
         except BaseException:
             self._input.close()
             raise
 
+    def _positions(self, particles: h5py.Group) -> dict[str, Any]:
+        """Return the positions of each group that has sound ones."""
+        found, wrong = {}, "its group 'particles' has no positions"
+        for name in names(particles):
+            try:
+                group = particles[name]
+                if not _is_fixed(group) and (position := part(group, "position")) is not None:
+                    found[name] = position
+            except ValueError as error:
+                wrong = str(error)
+        if not found:
+            raise ValueError(wrong)
+        return found
+
     def __len__(self) -> int:
         return 1 if _is_fixed(self._coordinates) else len(_values(self._coordinates))
 
-    def _element(self, parent: Any, name: str, k: int) -> Any:
+    def _element(self, name: str, k: int, parent: Any = None) -> Any:
         """Return an element at the step of position k, or None; it may be stored at steps of its own."""
-        node = parent.get(name)
+        node = (self._elements if parent is None else parent).get(name)
         if node is None or _is_fixed(node):
             return None if node is None else node[()]
         values, own = _values(node), [self._moments(self._coordinates, clock) for clock in _CLOCKS]
@@ -304,33 +317,32 @@ class H5md(Source):
 
     def read(self, k: int) -> RawFrame:
         """Return frame k."""
-        group, coordinates = (
-            self._group,
-            np.asarray(self._element(self._group, "position", k), dtype=np.float64),
-        )
+        coordinates = np.asarray(self._element("position", k), dtype=np.float64)
         width = coordinates.shape[1]
-        box, cell, flags, origin = group.get("box"), None, None, None
+        box, cell, flags, origin = self._elements.get("box"), None, None, None
         if box is not None:
-            edges = self._element(box, "edges", k)
+            edges = self._element("edges", k, box)
             if edges is not None:
                 cell = _square(np.diag(edges) if np.ndim(edges) == 1 else np.asarray(edges))
-            kinds = box.attrs.get("boundary")
-            if kinds is not None:
-                words = [str(w.decode() if isinstance(w, bytes) else w) for w in np.atleast_1d(kinds)]
+            if (boundary := box.attrs.get("boundary")) is not None:
+                words = [str(w.decode() if isinstance(w, bytes) else w) for w in np.atleast_1d(boundary)]
                 flags = tuple(word == "periodic" for word in words)
-            offset = self._element(box, "offset", k)
+            offset = self._element("offset", k, box)
             origin = None if offset is None else np.append(offset, np.zeros(3 - width))
-        radii = self._element(group, "radius", k)
-        known = {"position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box"}
+        radii, kinds = self._element("radius", k), self._element("species", k)
+        if kinds is not None and kinds.dtype.kind in "SO":
+            kinds = np.array(
+                [w.decode("utf-8", "replace") if isinstance(w, bytes) else str(w) for w in kinds]
+            )
         return RawFrame(
             coordinates, cell, origin, None if flags is None else (*flags, *(False,) * (3 - len(flags))),
-            velocities=self._element(group, "velocity", k),
-            diameters=2.0 * radii if radii is not None else self._element(group, "diameter", k),
-            masses=self._element(group, "mass", k), images=self._element(group, "image", k),
-            kinds=self._element(group, "species", k), ids=self._element(group, "id", k),
+            velocities=self._element("velocity", k),
+            diameters=2.0 * radii if radii is not None else self._element("diameter", k),
+            masses=self._element("mass", k), images=self._element("image", k),
+            kinds=kinds, ids=self._element("id", k),
             time=self._clock("time", k), step=self._clock("step", k),
             dimension=width if width < 3 else None,
-            dropped=(*self._left, *(name for name in group if name not in known)),
+            dropped=(*self._left, *(name for name in names(self._group) if name not in _ELEMENTS)),
         )  # fmt: skip
 
     def close(self) -> None:
