@@ -83,7 +83,7 @@ def measure(
     from carom.cli.screen import watched
     from carom.errors import FileError, InputError
     from carom.io.trajectory import open_reader
-    from carom.paths import writing
+    from carom.paths import refuse_dangling, writing
     from carom.studies import measuring
     from carom.studies.info import of_trajectory
     from carom.studies.places import TABLES, is_table
@@ -111,6 +111,7 @@ def measure(
     folder = out or (path if path.is_dir() else path.parent)
     if folder.suffix in (".csv", ".npz", ".png"):
         raise InputError(f"--out names a folder, in which there are rdf.csv and so on; found {folder}.")
+    refuse_dangling(folder)
     if folder.exists() and not folder.is_dir():
         raise FileError(f"{folder} is a file; give --out a folder.")
     for name in names or TABLES:
