@@ -4,6 +4,8 @@ import bz2
 import gzip
 import lzma
 import re
+import shlex
+import subprocess
 import warnings
 
 import gsd.hoomd
@@ -315,3 +317,41 @@ def test_disks_of_any_text_have_two_dimensions_whatever_rounding_is_in_their_z(t
     (frame,) = frames_in(tmp_path / name)
     assert frame.dimension == 2
     np.testing.assert_array_equal(frame.positions, np.array(ROWS)[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "names"),
+    [
+        ("pos:R:3:type:I:1", ("1 1 1 2", "3 3 3 10"), ("2", "10")),
+        ("type:S:1:pos:R:3", ("big 1 1 1", "small 3 3 3"), ("big", "small")),
+        ("species:S:1:pos:R:3:Type:I:1", ("X 1 1 1 1", "X 3 3 3 2"), ("1", "2")),
+        ("species:S:1:pos:R:3:type:I:1", ("Ar 1 1 1 1", "Kr 3 3 3 2"), ("Ar", "Kr")),
+        ("id:I:1:element:S:1:pos:R:3", ("1 Ar 1 1 1", "2 Kr 3 3 3"), ("Ar", "Kr")),
+    ],
+)
+def test_species_of_extended_xyz_may_be_called_types(tmp_path, columns, rows, names):
+    head = f'2\nLattice="5 0 0 0 5 0 0 0 5" Properties={columns}\n'
+    (tmp_path / "a.xyz").write_text(head + "\n".join(rows) + "\n")
+    (frame,) = frames_in(tmp_path / "a.xyz", diameter={names[0]: 1.0, names[1]: 0.5})
+    assert (frame.species_names, frame.diameters.tolist()) == (names, [1.0, 0.5])
+    with pytest.warns(CaromWarning) as told:
+        carom.open(tmp_path / "a.xyz")
+    assert "left out" not in str(told[0].message)
+
+
+@pytest.mark.parametrize("name", ["frames.txt", "-x", "two words"])
+def test_a_name_that_tells_no_format_is_given_one_by_what_is_told(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text(_extxyz(0))
+    for told in (InputError, None):
+        if told is None:
+            said = CliRunner().invoke(app, ["info", f"./{name}"]).output
+        else:
+            with pytest.raises(told) as caught:
+                carom.open(name)
+            said = str(caught.value)
+        command = re.search("`(ln .*)`", said)[1]
+        subprocess.run(command, shell=True, check=True)
+        (found,) = (tmp_path / each for each in shlex.split(command)[2:])
+        assert frames_in(found)[0].n == 2
+        found.unlink()

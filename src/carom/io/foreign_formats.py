@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import h5py
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
+_KINDS = ("species", "type", "element")  # columns that tell species apart
 _CLOCKS = ("step", "time")
 _ELEMENTS = ("position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box")
 _SOMETIMES = ("velocity", "image")  # elements of H5MD that a frame may do without
@@ -63,7 +64,7 @@ class Xyz(Source):
         masses = next((columns[name] for name in ("masses", "mass") if name in columns), None)
         velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
         used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
-        used |= {"momenta", "species", "id", "images", "kind", "color", "z"}
+        used |= {"momenta", *_KINDS, "id", "images", "kind", "color", "z"}
         numbers = columns.get("z")  # of elements
         if numbers is not None and numbers.dtype.kind != "i":
             numbers = None
@@ -76,10 +77,16 @@ class Xyz(Source):
             None if flags is None else (*flags, *(False,) * (3 - len(flags))),
             velocities=None if velocities is None else velocities.reshape(len(coordinates), -1),
             diameters=2.0 * radii if radii is not None else columns.get("diameter"),
-            masses=masses, images=columns.get("images"), kinds=columns.get("species", numbers),
+            masses=masses, images=columns.get("images"), kinds=_kinds(columns, numbers),
             ids=ids_of(columns), time=time, dimension=_said_dimension(info, width) if extended else None,
             dropped=tuple(name for name in columns if name not in used),
         )  # fmt: skip
+
+
+def _kinds(columns: dict[str, np.ndarray], numbers: np.ndarray | None) -> np.ndarray | None:
+    """Return the column that tells most species apart, the first of them in the order of ``_KINDS``."""
+    found = [columns[name] for name in _KINDS if name in columns and columns[name].ndim == 1]
+    return max(found, key=lambda column: len(np.unique(column)), default=numbers)
 
 
 def _said_dimension(info: dict[str, str], width: int) -> int | None:

@@ -17,7 +17,7 @@ from carom.io.foreign_source import PACKED, opened
 from carom.io.validation import flaw, step_back
 from carom.paths import existing, reading, uninterrupted, writing
 from carom.table import in_html
-from carom.texts import counted
+from carom.texts import counted, typed
 
 if TYPE_CHECKING:
     import xarray
@@ -296,6 +296,12 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
     starts = (start for start, look in _BEGINS.items() if name.startswith(start) and re.match(look, begin))
     start = next(starts, None)
     return None if start is None else FOREIGN[start or "dump."]
+
+
+def nameless(path: Path) -> str:
+    """Return what to do about a file whose name tells no format, as the end of a sentence."""
+    named = typed("ln", path, f"{path}.xyz")
+    return f"expected one of {', '.join(FOREIGN)}: give it a name that tells what it is, such as by `{named}`"
 
 
 def format_of(path: str | os.PathLike[str], exported: Iterable[str] = ()) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from carom.errors import FileError, InputError
 from carom.io import checkpoint, events
-from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of, nameless
 from carom.io.records import toml_tables
 from carom.io.trajectory import STATES, open_reader
 from carom.spec import read
@@ -46,7 +46,10 @@ def info(path: str | PathLike[str]) -> Info:
     if events.is_log(where):
         return _log(where)
     if foreign_format_of(where) is None:
-        raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
+        raise FileError(
+            f"{path} is nothing that Carom reads; expected {EXPECTED}. Of frames the name tells the format; "
+            f"{nameless(where)}."
+        )
     with open_reader(where) as reader:
         return of_trajectory(reader)
 

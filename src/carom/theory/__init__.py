@@ -7,9 +7,8 @@ accurate from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D). Tho
 0.545 (3D) to close packing. Nothing here simulates or measures.
 """
 
-import inspect
-
-from carom.theory.arithmetic import Equation, of_numbers
+from carom.theory import arithmetic
+from carom.theory.arithmetic import Equation
 from carom.theory.choice import (
     CLOSE_PACKING,
     FREEZING,
@@ -115,10 +114,4 @@ __all__ = [
     "virial_series",
 ]
 
-globals().update(
-    {
-        name: of_numbers(each)
-        for name, each in [*globals().items()]
-        if name in __all__ and inspect.isfunction(each)
-    }
-)
+globals().update({name: arithmetic.of_numbers(globals()[name]) for name in __all__})

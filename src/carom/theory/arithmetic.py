@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -14,16 +14,15 @@ from carom.errors import InputError
 
 Equation = Callable[[Any], Any]
 
-P = ParamSpec("P")
-R = TypeVar("R")
 
-
-def of_numbers(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function that refuses text in place of a number, which NumPy would take for one."""
+def of_numbers(function: Any) -> Any:
+    """Return a function that refuses text in place of a number, or what is no function as it is."""
+    if not inspect.isfunction(function):
+        return function
     names = [*inspect.signature(function).parameters]
 
     @functools.wraps(function)
-    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+    def checked(*args: Any, **kwargs: Any) -> Any:
         for name, value in {**dict(zip(names, args, strict=False)), **kwargs}.items():
             refuse_text(value, name)
         return function(*args, **kwargs)
