@@ -125,11 +125,21 @@ class Index:
     """Where the frames of a file start: ``offsets`` (bytes) of each complete one, and of the end of the last.
 
     ``torn`` says that part of a frame follows, ``unended`` that it lacks the last newline and perhaps digits.
+    Anything else that follows is a ValueError; if a part of the file will do, what is ``wrong`` is noted.
     """
 
-    def __init__(self, path: Path, limit: int | None = None):
+    def __init__(self, path: Path, limit: int | None = None, *, partly: bool = False):
         self.offsets = [0]
         self.torn = self.unended = False
+        self.wrong = ""
+        try:
+            self._seek(path, limit)
+        except ValueError as error:
+            if not (partly and len(self)):
+                raise
+            self.wrong = str(error)
+
+    def _seek(self, path: Path, limit: int | None) -> None:
         with opened(path) as file:
             while limit is None or len(self.offsets) <= limit:
                 first = line_of(file)

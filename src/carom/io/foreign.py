@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -43,6 +44,12 @@ SOURCES = {
     "XDATCAR": "libraries.OfAse",
 }
 """What reads a format, imported when a file of it is opened: all others ask this table."""
+
+_SAID = {
+    r"could not convert string (?:to float: )?(.*?)(?: to float64.*)?$": r"\1 where a number was expected",
+    r".*inhomogeneous.*": "its lines differ in their number of words",
+}
+"""What NumPy says of text, and what it means."""
 
 Diameter = float | Mapping[str, float]
 
@@ -120,8 +127,11 @@ class ForeignReader(Reader):
         except (CaromError, MemoryError):
             raise
         except Exception as error:  # of four libraries
+            why = reason(error)
+            for theirs, ours in _SAID.items():
+                why = re.sub(theirs, ours, why)
             raise FileError(
-                f"{self.path} cannot be read as {self._form} ({reason(error)}): it is cut off, damaged, or "
+                f"{self.path} cannot be read as {self._form} ({why}): it is cut off, damaged, or "
                 f"of another format{self._way_out(k)}."
             ) from error
 

@@ -36,7 +36,8 @@ class Xyz(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._index = Index(path)
+        self._index = Index(path, partly=True)
+        self.cut = self._index.wrong
         if self._index.torn:
             self.cut = UNENDED if self._index.unended else f"it ends inside frame {len(self)}"
 
