@@ -356,15 +356,6 @@ def test_a_dump_that_announces_another_number_names_the_frame(tmp_path):
         path.write_text(path.read_text().replace(f"ATOMS\n{number}", "ATOMS\n27", 1))
 
 
-def test_an_atom_that_is_cut_off_within_its_coordinates_is_refused(tmp_path):
-    by_ase(tmp_path / "a.pdb", count=1)
-    text = (tmp_path / "a.pdb").read_text()
-    last = text.index("ENDMDL")
-    (tmp_path / "a.pdb").write_text(text[: text.rindex("ATOM", 0, last) + 52])
-    with pytest.raises(FileError, match="its last line ends before the coordinates do"):
-        carom.open(tmp_path / "a.pdb")
-
-
 @pytest.mark.parametrize("value", ["inf", "nan"])
 def test_coordinates_that_are_no_numbers_are_named(tmp_path, value):
     path = dump(tmp_path / "a.dump", "id type x y z ix iy iz", lambda i, k: f"{i + 1} 1 {value} 1 {i} 0 0 0")
