@@ -229,7 +229,9 @@ def test_displacements_at_times_that_no_file_holds_are_told_first(tmp_path):
         )
         assert done.exit_code == 0, done.output
         assert done.stdout.splitlines()[0].startswith("msd: ")
-        assert ("as the file holds no times" in done.stdout.splitlines()[0]) == assumed
+        assert (
+            "assumed times (steps or frames, as the file holds none)" in done.stdout.splitlines()[0]
+        ) == assumed
 
 
 NEEDLESS = {

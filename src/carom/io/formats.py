@@ -301,7 +301,7 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
 def nameless(path: Path) -> str:
     """Return what to do about a file whose name tells no format, as the end of a sentence."""
     named = typed("ln", path, f"{path}.xyz")
-    return f"expected one of {', '.join(FOREIGN)}: give it a name that tells what it is, such as by `{named}`"
+    return f"give it a name that tells what it is, such as by `{named}`"
 
 
 def format_of(path: str | os.PathLike[str], exported: Iterable[str] = ()) -> str:

@@ -14,7 +14,7 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events
 from carom.io.foreign_source import PACKED
-from carom.io.formats import SUFFIXES, Reader, Writer, foreign_format_of, format_of, nameless
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of, nameless
 from carom.io.locks import under_way
 from carom.paths import PARSE_ERRORS, existing, writable
 from carom.texts import typed
@@ -58,7 +58,9 @@ def open_reader(
     path = trajectory_of(path)
     form = foreign_format_of(path)
     if form is None:
-        raise InputError(f"{path} has a name that tells no format; {nameless(path)}.")
+        raise InputError(
+            f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}: {nameless(path)}."
+        )
     existing(path)
     if path.suffix.lower() in PACKED and form in ("GSD", "H5MD", "XTC", "TRR", "DCD", "ASE trajectory"):
         raise FileError(f"{path} is compressed, and {form} is not text; unpack the file first.")

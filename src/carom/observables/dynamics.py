@@ -386,9 +386,10 @@ class DynamicsResult(Result):
         return title, [(name, shown(values, errors, -1)) for name, values, errors in rows]
 
     def _moments(self) -> str:
-        """Return how many times there are."""
-        of = "of steps or frames, as the file holds no times, " if self.assumed_times else ""
-        return f"{len(self.times)} times {of}".rstrip(" ")
+        """Return how many times there are, and whether they were assumed."""
+        if self.assumed_times:
+            return f"{len(self.times)} assumed times (steps or frames, as the file holds none)"
+        return f"{len(self.times)} times"
 
     def _columns(self) -> dict[str, Any]:
         names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")

@@ -47,8 +47,7 @@ def info(path: str | PathLike[str]) -> Info:
         return _log(where)
     if foreign_format_of(where) is None:
         raise FileError(
-            f"{path} is nothing that Carom reads; expected {EXPECTED}. Of frames the name tells the format; "
-            f"{nameless(where)}."
+            f"{path} is nothing that Carom reads; expected {EXPECTED}; if it holds frames, {nameless(where)}."
         )
     with open_reader(where) as reader:
         return of_trajectory(reader)

@@ -33,9 +33,9 @@ def of_numbers(function: Any) -> Any:
 def refuse_text(value: Any, name: str) -> None:
     """Raise InputError for text, or a list or an array with text in it."""
     if isinstance(value, str | bytes):
-        raise InputError(
-            f"{name} must be a number or an array of numbers, found {describe(value)}; leave out the quotes."
-        )
+        functions = ("equation", "fluid", "solid")
+        expected = "an equation of state" if name in functions else "a number or an array of numbers"
+        raise InputError(f"{name} must be {expected}, found {describe(value)}; leave out the quotes.")
     if isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.dtype.kind in "OSU"):
         for each in value.ravel() if isinstance(value, np.ndarray) else value:
             refuse_text(each, name)
