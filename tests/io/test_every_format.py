@@ -16,7 +16,8 @@ from typer.testing import CliRunner
 
 import carom
 from carom.cli import app
-from carom.errors import CaromWarning, FileError, InputError
+from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.io.formats import FOREIGN
 
 ROWS = ((1.5, 2.25, 3.125), (11.25, 12.5, 17.25))
 """Positions, whose digits are all needed."""
@@ -358,3 +359,18 @@ def test_a_name_that_tells_no_format_is_given_one_by_what_is_told(tmp_path, monk
         (found,) = (tmp_path / each for each in shlex.split(command)[2:])
         assert frames_in(found)[0].n == 2
         found.unlink()
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning", "ignore::DeprecationWarning")
+@pytest.mark.parametrize(
+    "content", [b"", b"\n", b"ITEM: ", bytes(100), b"nothing of this\nis a frame\n"], ids=repr
+)
+@pytest.mark.parametrize("name", FOREIGN)
+def test_what_holds_no_frame_is_a_sentence(tmp_path, name, content):
+    path = tmp_path / (f"a{name}" if name.startswith(".") else f"{name}.a")
+    path.write_bytes(content)
+    with pytest.raises(CaromError) as caught:
+        frames_in(path)
+    assert isinstance(caught.value, FileError | InputError)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
