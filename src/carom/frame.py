@@ -50,7 +50,8 @@ class Frame:
         Of a sheared box: the image one edge up along axis 1 is shifted by ``tilt`` of that edge along axis 0.
         Positions are then inside the tilted cell, and velocities are relative to the stream.
     lacks : frozenset of str
-        Fields that the file of another program does not hold, such as "velocities": those here are assumed.
+        Fields that the file of another program does not hold, such as "velocities" or "time": those here are
+        assumed.
 
     Examples
     --------

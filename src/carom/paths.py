@@ -51,10 +51,21 @@ def writable(path: str | os.PathLike[str]) -> Path:
     if path.is_dir():
         raise FileError(f"{path} is a folder, where a file was to be written; name a file inside it.")
     if not path.parent.is_dir():
+        refuse_dangling(path.parent)
         raise FileError(
             f"{path} cannot be written: its folder {path.parent} does not exist; create it first."
         )
     return path
+
+
+def refuse_dangling(path: Path) -> None:
+    """Raise FileError if a folder is, or lies behind, a link to what does not exist: it cannot be made."""
+    link = next((each for each in (path, *path.parents) if each.is_symlink() and not each.exists()), None)
+    if link is not None:
+        raise FileError(
+            f"{path} cannot be written: {link} is a link to {os.readlink(link)}, which does not exist; "
+            "create that, or choose another place."
+        )
 
 
 @contextlib.contextmanager
@@ -79,6 +90,7 @@ def writing(path: Path, kinds: tuple[type[Exception], ...] = (OSError, RuntimeEr
     except CaromError:
         raise
     except kinds as error:
+        refuse_dangling(path)
         raise FileError(
             f"{path} cannot be written: {reason(error)}; free some space or choose another folder."
         ) from error

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import html as markup
 import json
+import os
+import shlex
 import unicodedata
 from typing import Any
 
@@ -46,6 +48,12 @@ def label(text: Any) -> str:
     """Return a text for matplotlib, which takes dollar signs for mathematics and hides what begins with _."""
     shown = visible(text).replace("$", r"\$")
     return f"\N{ZERO WIDTH SPACE}{shown}" if shown.startswith("_") else shown
+
+
+def typed(command: str, *paths: str | os.PathLike[str]) -> str:
+    """Return a command with paths, as it is typed: no shell splits them, and none is taken for an option."""
+    texts = (os.fspath(path) for path in paths)
+    return " ".join([command, *(shlex.quote(f"./{t}" if t.startswith("-") else t) for t in texts)])
 
 
 def counted(number: int, name: str) -> str:

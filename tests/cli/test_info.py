@@ -1,8 +1,11 @@
 """``carom info`` tells what lies at a path, ``carom resume`` goes on with it, ``carom view`` shows it."""
 
 import json
+import re
+import shlex
 import shutil
 from contextlib import nullcontext
+from pathlib import Path
 
 import pytest
 from helpers.commands import in_this_process, refused, typed
@@ -275,3 +278,35 @@ def test_resume_of_a_file_of_a_run_names_the_folder(folder, monkeypatch):
     monkeypatch.chdir(folder)
     for name in ("run1/checkpoint.h5", "run1/trajectory.h5md"):
         assert "expected its folder: `carom resume run1`" in refused("resume", name)
+
+
+@pytest.mark.parametrize("name", ["-x", "two words", "it's $HOME"])
+def test_every_command_that_is_told_can_be_typed_whatever_a_folder_is_called(
+    folder, tmp_path, monkeypatch, name
+):
+    monkeypatch.chdir(tmp_path)
+    for kind in ("run1", "half-run1", "pack1", "half-eos1", "plan1"):
+        shutil.copytree(folder / kind, name)
+        command, verb, *words = shlex.split(
+            typed("info", f"./{name}").output.splitlines()[-1].removeprefix("next")
+        )
+        assert (command, verb) == ("carom", KINDS[kind][2].split()[1])
+        assert typed("info", *words).output.splitlines()[0].startswith(f"{name}: {KINDS[kind][0]}")
+        shutil.rmtree(name)
+    done = typed("init", f"./{name}.toml")
+    command = re.search("`(.*)`", done.output)[1]
+    first = Path(f"{name}.toml").read_text()
+    assert first.startswith(f"# {command}: ")
+    assert typed(*shlex.split(command)[1:], "--dry-run").exit_code == 0
+
+
+def test_a_sentence_about_a_folder_names_it_as_it_is_typed(folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for kind in ("half-run1", "half-pack1"):
+        shutil.copytree(folder / kind, "-x")
+        with pytest.raises(carom.errors.FileError, match=r"`carom resume \./-x`"):
+            carom.load("-x")
+        assert "`carom resume ./-x`" in refused(
+            "run" if "run" in kind else "pack", "--n", "8", "--out", "./-x"
+        )
+        shutil.rmtree("-x")

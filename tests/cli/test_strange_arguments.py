@@ -1,6 +1,8 @@
 """Arguments that nobody means: a sentence and exit code 2, neither a traceback nor a hang."""
 
 import pytest
+from helpers.commands import typed
+from helpers.frames import make_frames, write
 from typer.testing import CliRunner
 
 import carom
@@ -73,3 +75,39 @@ def test_a_superscript_is_no_number_of_a_species(tmp_path):
     done = CliRunner().invoke(app, ["measure", str(tmp_path / "none.h5md"), "rdf", "--pair", "0,²"])
     assert (done.exit_code, type(done.exception)) == (2, SystemExit)
     assert "does not exist" in done.output
+
+
+@pytest.mark.parametrize("inside", ["", "sub"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "run --n 8 --eta 0.1 -c 5 --out", "pack --n 8 --out", "eos --eta 0.1 --n 8 --out", "code 5 --out",
+        "plan Z=0.01 --eta 0.1 --out", "measure a.h5md rdf --out", "transport --eta 0.1 --n 8 --out",
+    ],
+)  # fmt: skip
+def test_a_folder_that_is_a_link_to_nothing_is_told_before_anything_is_computed(
+    tmp_path, line, inside, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / "link").symlink_to("gone")
+    done = typed(*line.split(), f"link/{inside}")
+    assert done.exit_code == 2
+    assert "link is a link to gone, which does not exist; create that" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("name", ["l.extxyz", "l.gif", "l.html", "l.toml"])
+def test_a_file_that_is_a_link_to_nothing_is_not_replaced(tmp_path, name, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / name).symlink_to("gone")
+    line = {
+        "l.extxyz": "export a.h5md",
+        "l.gif": "movie a.h5md",
+        "l.html": "view a.h5md --no-open -o",
+        "l.toml": "init",
+    }
+    done = typed(*line[name].split(), name)
+    assert (done.exit_code, (tmp_path / name).is_symlink()) == (2, True), done.output
+    assert "exists already" in done.stderr

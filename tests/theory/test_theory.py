@@ -1,6 +1,7 @@
 """Theory against tables, exact cases and its own limits."""
 
 import csv
+import inspect
 import json
 import math
 from pathlib import Path
@@ -452,3 +453,31 @@ def test_long_waves_of_density_have_the_compressibility(eta):
     spheres = (1.0 - eta) ** 4 / (1.0 + 2.0 * eta) ** 2
     assert theory.structure_factor(0.0, eta) == pytest.approx(spheres, rel=1e-12)
     assert theory.structure_factor(1e-3, eta, diameter=2.0) == theory.structure_factor(2e-3, eta)
+
+
+NUMBERS = {
+    "packing_fraction": 0.3, "dimension": 3, "fractions": [0.5, 0.5], "diameters": [1.0, 0.5], "n": 100,
+    "equation": theory.pieprzyk, "degrees_of_freedom": 300.0, "well": 1.5, "compressibility_factor": 4.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in theory.__all__ if inspect.isfunction(getattr(theory, name))]
+)
+def test_text_is_no_number_of_any_function(name):
+    """NumPy takes "0.3" for 0.3 in some places, and is silent or says something of its own in others."""
+    function = getattr(theory, name)
+    parameters = inspect.signature(function).parameters
+    needed = {
+        each: NUMBERS.get(each, 1.0)
+        for each, of in parameters.items()
+        if of.default is inspect.Parameter.empty
+    }
+    for each in parameters:
+        for text in ("0.3", "x", b"1", ["0.3", 0.4], np.array(["0.3"]), np.array("0.3"), [[1.0], ["2"]]):
+            with pytest.raises(
+                InputError, match=f"{each} must be an? (number|equation) .*; leave out the quotes"
+            ):
+                function(**{**needed, each: text})
+    with pytest.raises(InputError, match="leave out the quotes"):
+        theory.best(3)("0.3")

@@ -48,6 +48,7 @@ def test_ovito_sees_the_dimension_in_gsd_and_in_memory(tmp_path, dimension, read
         np.testing.assert_allclose(data.particles["Radius"], frame.diameters / 2, rtol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:.*PDB holds no times")
 def test_ovito_sees_the_names_of_a_lammps_data_file_and_no_samarium_in_pdb(tmp_path, read):
     source = write(tmp_path / "a.extxyz", frames_of(3, count=1))
     carom.io.convert(source, tmp_path / "a.data")

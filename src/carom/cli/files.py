@@ -9,7 +9,7 @@ import typer
 
 from carom.cli.options import FLAGS, Box, Diameter, Overwrite, Quiet, Trusted, lacking, refuse_to_replace
 from carom.cli.trouble import friendly
-from carom.texts import visible
+from carom.texts import typed, visible
 
 
 @friendly
@@ -187,6 +187,6 @@ def init(
     refuse_to_replace(*texts, overwrite=overwrite)
     for file, text in texts.items():
         write_text(file, text)
-    run = texts[path].removeprefix("# ").partition(":")[0].replace(path.name, str(path))
+    command = templates.source(template).removeprefix("# ").partition(f" {template}.toml")[0]
     it = "it" if len(texts) == 1 else "them"
-    typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit {it}, then `{run}`."))
+    typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit {it}, then `{typed(command, path)}`."))

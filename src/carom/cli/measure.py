@@ -11,7 +11,7 @@ import typer
 
 from carom.cli.options import FLAGS, Box, Diameter, Json, Overwrite, Quiet, lacking, refuse_to_replace
 from carom.cli.trouble import PARTLY, friendly
-from carom.texts import visible
+from carom.texts import typed, visible
 
 _RDF = "Of g(r)"
 _PROFILE = "Of the density profile"
@@ -83,7 +83,7 @@ def measure(
     from carom.cli.screen import watched
     from carom.errors import FileError, InputError
     from carom.io.trajectory import open_reader
-    from carom.paths import writing
+    from carom.paths import refuse_dangling, writing
     from carom.studies import measuring
     from carom.studies.info import of_trajectory
     from carom.studies.places import TABLES, is_table
@@ -102,13 +102,16 @@ def measure(
         asked["profile"] = {"axis": int(axis) if axis.isdecimal() else axis}
     for name in asked:
         if name not in names:
-            raise InputError(f"The options of {name} go with its name: carom measure {path} {name} ...")
+            raise InputError(
+                f"The options of {name} go with its name: {typed('carom measure', path)} {name} ..."
+            )
     wanted = [
         measuring.QUANTITIES[name].observable(**asked[name]) if name in asked else name for name in names
     ]
     folder = out or (path if path.is_dir() else path.parent)
     if folder.suffix in (".csv", ".npz", ".png"):
         raise InputError(f"--out names a folder, in which there are rdf.csv and so on; found {folder}.")
+    refuse_dangling(folder)
     if folder.exists() and not folder.is_dir():
         raise FileError(f"{folder} is a file; give --out a folder.")
     for name in names or TABLES:

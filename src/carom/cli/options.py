@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
@@ -148,5 +149,5 @@ def refuse_to_replace(*paths: Path, overwrite: bool) -> None:
     from carom.paths import writable
 
     for path in paths:
-        if writable(path).exists() and not overwrite:
+        if os.path.lexists(writable(path)) and not overwrite:
             raise FileError(f"{path} exists already and was left as it is; replace it with --overwrite.")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import json
 import math
-import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from carom.studies.planner.outcome import Outcome
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.table import Table, decimals, facts, of_texts
-from carom.texts import visible
+from carom.texts import typed, visible
 
 EPSILON = sys.float_info.epsilon
 """Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""
@@ -128,10 +127,9 @@ def _few(value: dict[str, Any]) -> bool:
 def ready(console: Any, folder: RunFolder, *more: str, trusted: bool = False) -> None:
     """Print the files of a folder, and the commands that may come next; ``trusted`` to call rules again."""
     names = [path.name for path in folder._files() if path.is_file()]
-    where = shlex.quote(str(folder.path))
     # Not wrapped, so that a line can be copied.
     console.print(f"{folder.path}: {'  '.join(names)}", soft_wrap=True)
-    look = f"Look: carom view {where}{' --trust-code' if trusted else ''}"
+    look = typed("Look: carom view", folder.path) + (" --trust-code" if trusted else "")
     console.print("    ".join([look, *filter(None, more)]), soft_wrap=True)
 
 
@@ -140,16 +138,15 @@ def _longer(result: RunResult) -> str:
     summary, where = result.summary, result.folder
     if summary.get("without_trajectory"):
         return ""
-    more = f"Measure more: carom measure {shlex.quote(str(where))}"
+    more = typed("Measure more: carom measure", where)
     if summary["Z"]["mean"] is None:
         return more
-    out = shlex.quote(f"{where}-longer")
     if summary["relative_error"] is not None:
         length = f"--relative-error {summary['relative_error'] / 2.0:.2g}"
     else:
         each = LONGER * 2.0 * summary["collisions"] / summary["n"]
         length = f"-c {float(f'{each:.1g}'):.0f}"
-    return f"{more}    Longer: carom run {shlex.quote(str(where))} {length} -o {out}"
+    return f"{more}    {typed('Longer: carom run', where)} {length} {typed('-o', f'{where}-longer')}"
 
 
 def _physics(summary: dict[str, Any]) -> Table:

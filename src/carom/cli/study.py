@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import json
-import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,7 +16,7 @@ from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
 from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
 from carom.cli.trouble import PARTLY, started
-from carom.texts import visible
+from carom.texts import typed, visible
 
 if TYPE_CHECKING:
     from carom.spec import Spec
@@ -106,7 +105,7 @@ def carry_out(
     if not as_json:
         print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
         if type(study).__module__.startswith("carom."):  # one of one's own is known to its program alone
-            print(visible(f"Look: carom view {shlex.quote(str(out))}"))
+            print(visible(typed("Look: carom view", out)))
     finish(study)
 
 

@@ -21,6 +21,7 @@ from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.studies.flow.spec import ShearSpec
 from carom.studies.packings.spec import PackSpec
+from carom.texts import typed
 
 SPECS: dict[str, type[Spec]] = {
     "scene": SceneSpec,
@@ -80,7 +81,10 @@ def template(name: str, path: str = "") -> str:
                 line = line.replace(" # or: ", " # ")
         done.append(line)
     stem = path.removesuffix(".toml") or name
-    text = "\n".join([first.replace(f"{name}.toml", f"{stem}.toml"), f"#:schema ./{SCHEMA}", *done]) + "\n"
+    text = (
+        "\n".join([first.replace(f" {name}.toml", typed("", f"{stem}.toml")), f"#:schema ./{SCHEMA}", *done])
+        + "\n"
+    )
     return text.replace(f'"{name}.py"', f'"{stem}.py"').replace(f", {name}.py.", f", {stem}.py.")
 
 

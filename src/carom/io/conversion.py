@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from carom import checks
-from carom.errors import FileError, InputError
+from carom.errors import CaromWarning, FileError, InputError
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
 from carom.io.trajectory import open_reader, open_writer, trajectory_of
@@ -46,6 +47,11 @@ def convert(
         If the source cannot be read, or the target exists, cannot be written or is the source.
     InputError
         If the target's format cannot hold the frames.
+
+    Warns
+    -----
+    CaromWarning
+        If the target does not hold the times of the frames: PDB has none, DCD one interval.
     """
     source = trajectory_of(source)
     suffix = Path(target).suffix.lower()
@@ -67,15 +73,24 @@ def convert(
         if len(reader) == 0:
             raise InputError(f"{source} holds no frames; expected at least one.")
         with replacing(destination) as temporary, writing(temporary):
-            exports.export(reader, temporary, suffix, progress)
+            said = exports.export(reader, temporary, suffix, progress)
+        if said:
+            warnings.warn(f"{target}: {said}.", CaromWarning, stacklevel=3)
         return 1 if suffix == ".data" else len(reader)
 
 
-def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
+def rebuild(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    keep: int,
+    *,
+    diameter: float | Mapping[str, float] | None = None,
+    box: Sequence[float] | None = None,
+) -> int:
     """Write `target` from the first `keep` frames of `source`, after a kill for example, and return `keep`.
 
     The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
-    frame of `source` is ignored.
+    frame of `source` is ignored. `diameter` and `box` are those of :func:`carom.open`.
 
     Raises
     ------
@@ -86,7 +101,7 @@ def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep
     """
     format_of(target)
     checks.integer(keep, "keep", low=0)
-    with open_reader(source, torn=True) as reader:
+    with open_reader(source, torn=True, diameter=diameter, box=box) as reader:
         if len(reader) < keep:
             raise FileError(f"{source} holds {len(reader)} complete frames, and {keep} were to be kept.")
         return _copy(reader, Path(target), keep, None)

@@ -1,4 +1,4 @@
-"""Trajectories for other programs, which Carom does not read back: LAMMPS dump and data, DCD, PDB.
+"""Trajectories for other programs: LAMMPS dump and data, DCD, PDB.
 
 MDAnalysis writes DCD and PDB; positions are unwrapped where frames hold image counts. The two formats of
 LAMMPS are text, written here with 9 significant digits.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -22,8 +23,15 @@ from carom.io.formats import EXPORTED
 Report = Callable[[int, int], object]
 
 
-def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
-    """Write frames to a file of a format of ``EXPORTED``; of LAMMPS's data files the last one alone."""
+_STEPS = 2**20
+"""Steps between two frames of DCD, at most: the first time is a number of them, below 2^31."""
+
+
+def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> str:
+    """Write frames to a file of a format of ``EXPORTED``; of LAMMPS's data files the last one alone.
+
+    Return what the format does to their times, or "".
+    """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)
     if name == "LAMMPS data":
@@ -38,7 +46,8 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
                 if report is not None:
                     report(k + 1, len(frames))
     else:
-        _by_mdanalysis(frames, path, name, report)
+        return _by_mdanalysis(frames, path, name, report)
+    return ""
 
 
 def _bounds(frame: Frame) -> list[tuple[float, float]]:
@@ -54,11 +63,11 @@ def _kinds(frame: Frame) -> np.ndarray:
 
 
 def _dump(frame: Frame, k: int, file: TextIO) -> None:
-    """Write one frame of a dump; its number is the time step, as MDAnalysis cannot read the time."""
+    """Write one frame of a dump; its number is the time step."""
     # Axes that a frame lacks are periodic, as LAMMPS needs them in two dimensions.
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
-    file.write(f"ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
+    file.write(f"ITEM: TIME\n{frame.time:.17g}\nITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
     bounds, tilts = _bounds(frame), [""] * 3
     head = " ".join("pp" if flag else "ff" for flag in flags)
     if frame.tilt is not None:  # the ends of a tilted cell, not of its edges
@@ -131,7 +140,7 @@ def _fits_into_columns(step: Any, k: int) -> None:
         )
 
 
-def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) -> None:
+def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) -> str:
     import MDAnalysis
 
     from carom.io.mdanalysis import universe
@@ -142,17 +151,32 @@ def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) ->
     with warnings.catch_warnings():
         # MDAnalysis warns that elements, charges, occupancies and the like of a PDB file are unknown.
         warnings.simplefilter("ignore", UserWarning)
-        settings = {}
+        settings: dict[str, Any] = {}
+        start, every = Fraction(0), 1.0  # PDB has frames without times
         if name == "DCD":
-            settings["dt"] = world.trajectory.dt
+            every = world.trajectory.dt or 1.0
+            first = Fraction(frames[0].time / every)
+            start = first.limit_denominator(max(1, min(_STEPS, math.floor(2**30 / (1 + abs(first))))))
+            settings = {"dt": every, "istart": start.numerator, "nsavc": start.denominator}
             str(path).encode()  # a writer that cannot open a name that is no text fails once more at its end
         writer = MDAnalysis.Writer(
             str(path), n_atoms=world.atoms.n_atoms, format=name, multiframe=True, **settings
         )
+        other = False  # times than those that come back, but for single precision
         with writer:
             for k, step in enumerate(world.trajectory):
+                slack = 2.0**-20 * every + 2.0**-22 * abs(step.time)
+                other = other or not abs(step.time - (k + float(start)) * every) <= slack
                 if name == "PDB":
                     _fits_into_columns(step, k)
                 writer.write(world.atoms)
                 if report is not None:
                     report(k + 1, len(frames))
+    if not other:
+        return ""
+    holds = "no times" if name == "PDB" else "one interval of time, and these frames have several"
+    back = ", ".join(f"{float(k + start) * every:g}" for k in (0, 1))
+    return (
+        f"{name} holds {holds}: they come back as {back} and so on; .lammpstrj, .extxyz, .gsd and .h5md hold "
+        "each time"
+    )

@@ -45,7 +45,7 @@ from carom.io.extxyz_header import (
     vectors,
     words_of,
 )
-from carom.io.foreign_source import LONGEST, line_of, opened, pass_lines, table_of
+from carom.io.foreign_source import LONGEST, UNENDED, line_of, opened, pass_lines, table_of
 from carom.io.formats import Reader, Writer
 from carom.io.locks import WriteLock, under_way
 from carom.io.validation import narrowed
@@ -125,12 +125,21 @@ class Index:
     """Where the frames of a file start: ``offsets`` (bytes) of each complete one, and of the end of the last.
 
     ``torn`` says that part of a frame follows, ``unended`` that it lacks the last newline and perhaps digits.
-    With ``whole`` such a frame is complete, as other programs leave it; any other part is a ValueError.
+    Anything else that follows is a ValueError; if a part of the file will do, what is ``wrong`` is noted.
     """
 
-    def __init__(self, path: Path, limit: int | None = None, *, whole: bool = False):
+    def __init__(self, path: Path, limit: int | None = None, *, partly: bool = False):
         self.offsets = [0]
         self.torn = self.unended = False
+        self.wrong = ""
+        try:
+            self._seek(path, limit)
+        except ValueError as error:
+            if not (partly and len(self)):
+                raise
+            self.wrong = str(error)
+
+    def _seek(self, path: Path, limit: int | None) -> None:
         with opened(path) as file:
             while limit is None or len(self.offsets) <= limit:
                 first = line_of(file)
@@ -141,22 +150,18 @@ class Index:
                         if block.strip():
                             raise ValueError(f"an empty line follows frame {len(self) - 1}")
                     break
-                n, second, complete = self._number(first), line_of(file), False
+                n, second = self._number(first), line_of(file)
                 if second.endswith(b"\n"):
                     if len(self) == 0:
                         layout_of(pairs(second))  # before all rows are read
                     passed, rest = pass_lines(file, n)
+                    if passed == n:
+                        self.offsets.append(file.tell())
+                        continue
                     # A line without a newline is the last of the file, perhaps cut off within a number.
-                    last = passed == n - 1 and bool(rest.strip())
-                    complete = passed == n or (whole and last)
-                    if last and not complete:
-                        self.unended = len(rest.split()) == layout_of(pairs(second))[1]
-                if not complete:
-                    if whole:
-                        raise ValueError(f"it ends inside frame {len(self)}")
-                    self.torn = True
-                    break
-                self.offsets.append(file.tell())
+                    self.unended = passed == n - 1 and len(rest.split()) >= layout_of(pairs(second))[1]
+                self.torn = True
+                break
 
     def _number(self, line: bytes) -> int:
         text = line.strip()
@@ -220,8 +225,6 @@ def _blocks(file: IO[bytes], stop: int) -> Iterator[bytes]:
     rest = b""
     while left := stop - file.tell():
         block = rest + file.read(min(left, LONGEST))
-        if file.tell() == stop and not block.endswith(b"\n"):
-            block += b"\n"  # the last line of another program's file
         end = block.rfind(b"\n") + 1
         if not end:
             raise ValueError(f"a line is longer than {LONGEST} bytes")
@@ -279,10 +282,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
 
 _UNREAD = np.empty(0, np.int64)
 
-UNENDED = (
-    "its last line has no newline, so that digits may be missing; add a newline if the line is whole, or cut "
-    "the frame off with mode 'a' and keep=."
-)
+_OR_DROP = f"{UNENDED}, or cut the frame off with mode 'a' and keep=."
 
 
 def is_foreign(path: Path) -> bool:
@@ -305,7 +305,7 @@ class ExtxyzReader(Reader):
             if self._index.torn and not torn and not growing:
                 raise FileError(
                     f"{path} ends inside frame {len(self)}, after {len(self)} complete ones; "
-                    + (UNENDED if self._index.unended else "opening it once with mode 'a' drops the rest.")
+                    + (_OR_DROP if self._index.unended else "opening it once with mode 'a' drops the rest.")
                 )
 
     def __len__(self) -> int:
@@ -358,7 +358,7 @@ class ExtxyzWriter(Writer):
             if keep is None and (index.unended or (index.torn and not len(index))):
                 raise FileError(
                     f"{self.path} holds {len(reader)} complete frames and was left as it is: "
-                    + (UNENDED if index.unended else "mode 'a' with keep=0 drops the rest.")
+                    + (_OR_DROP if index.unended else "mode 'a' with keep=0 drops the rest.")
                 )
             self._retain(reader, keep)
             return index.offsets[-1]

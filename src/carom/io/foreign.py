@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,10 +16,12 @@ from carom import checks
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.ase import wrapped
+from carom.io.foreign_source import thin
 from carom.io.formats import Reader
 from carom.io.validation import narrowed
 from carom.paths import reason
 from carom.scene.species import MOST_SPECIES
+from carom.texts import counted, typed
 
 if TYPE_CHECKING:
     from carom.io.foreign_source import RawFrame, Source
@@ -42,6 +45,12 @@ SOURCES = {
 }
 """What reads a format, imported when a file of it is opened: all others ask this table."""
 
+_SAID = {
+    r"could not convert string (?:to float: )?(.*?)(?: to float64.*)?$": r"\1 where a number was expected",
+    r".*inhomogeneous.*": "its lines differ in their number of words",
+}
+"""What NumPy says of text, and what it means."""
+
 Diameter = float | Mapping[str, float]
 
 
@@ -49,7 +58,7 @@ class ForeignReader(Reader):
     """Reader of another program's file: one CaromWarning says what was assumed, and what else it holds.
 
     ``form`` is one of ``SOURCES``. ``diameter``, of all or by species [length], replaces that of the file;
-    ``box`` has periodic edges for files without.
+    ``box`` has periodic edges for files without. With ``torn`` a last frame that cannot be read is left out.
     """
 
     foreign = True
@@ -62,9 +71,10 @@ class ForeignReader(Reader):
         form: str,
         diameter: Diameter | None = None,
         box: float | Sequence[float] | None = None,
+        torn: bool = False,
     ):
         super().__init__(path)
-        self._form, self._given = form, (diameter, box)
+        self._form, self._given, self._torn = form, (diameter, box), torn
         self._cube = isinstance(box, int | float)
         edges = [box] * 3 if self._cube else box
         self._box = None if edges is None else checks.array(edges, "box", "(d,)", ndim=1)
@@ -78,8 +88,9 @@ class ForeignReader(Reader):
             self._source: Source = getattr(importlib.import_module(f"carom.io.{module}"), name)(path)
         try:
             with self._understood():
-                if not len(self):
-                    raise ValueError("it holds no frames")
+                self._count = len(self._source)
+                if not self._count:
+                    raise ValueError(self._source.cut or "it holds no frames")
                 first = self._source.read(0)
                 self._names = _names(first)
                 self._ids = first.ids
@@ -91,24 +102,39 @@ class ForeignReader(Reader):
             warnings.warn(f"{path} ({form}): {'; '.join(said)}.", CaromWarning, stacklevel=4)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.path, self._form, *self._given)
+        return type(self), (self.path, self._form, *self._given, self._torn)
 
     def __len__(self) -> int:
-        return len(self._source)
+        return self._count
+
+    def _way_out(self, k: int) -> str:
+        if not k:
+            return ""
+        given = {"diameter": self._diameter, "box": None if self._box is None else self._box.tolist()}
+        words = "".join(f", {name}={value!r}" for name, value in given.items() if value is not None)
+        return (
+            f"; carom.io.rebuild({str(self.path)!r}, 'whole.h5md', keep={k}{words}) copies the "
+            f"{counted(k, 'frame')} before"
+        )
 
     @contextmanager
-    def _understood(self) -> Iterator[None]:
-        """Turn whatever a library raises about the content of the file into one FileError."""
+    def _understood(self, k: int = 0) -> Iterator[None]:
+        """Turn whatever a library raises about frame k into one FileError."""
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 yield
+        except FileError as error:
+            raise FileError(f"{str(error).removesuffix('.')}{self._way_out(k)}.") from error
         except (CaromError, MemoryError):
             raise
         except Exception as error:  # of four libraries
+            why = reason(error)
+            for theirs, ours in _SAID.items():
+                why = re.sub(theirs, ours, why)
             raise FileError(
-                f"{self.path} cannot be read as {self._form} ({reason(error)}): it is cut off, damaged, or "
-                "of another format."
+                f"{self.path} cannot be read as {self._form} ({why}): it is cut off, damaged, or "
+                f"of another format{self._way_out(k)}."
             ) from error
 
     def _begin(self, first: RawFrame) -> list[str]:
@@ -139,10 +165,10 @@ class ForeignReader(Reader):
             assumed.append("every axis periodic")
         self._check_box(first)
         if first.time is None and len(self) > 1:
-            assumed.append("times 0, 1, 2 and so on")
-        #: Whether particles leave the box and are not put back: at the end they fill more than it.
-        last = first if len(self) == 1 else self._source.read(len(self) - 1)
+            assumed.append("times 0, 1, 2 and so on" if first.step is None else "time steps for times")
+        last = self._last()
         self._sheared = any(self._check_box(each)[1] for each in (first, last))  # a shear may begin at 0
+        #: Whether particles leave the box and are not put back: at the end they fill more than it.
         self._unwrapped = last.unwrapped or (first.images is None and self._strays(last))
         if self._unwrapped and not last.unwrapped:
             assumed.append("unwrapped positions, as they fill more than the box")
@@ -153,9 +179,26 @@ class ForeignReader(Reader):
         said += [f"lengths in {self._source.units}"] if self._source.units else []
         return said
 
+    def _last(self) -> RawFrame:
+        """Return the last frame; of a torn file the last one that can be read."""
+        while True:
+            k = self._count - 1
+            try:
+                if self._source.cut and not self._torn:
+                    with self._understood(self._count):
+                        raise ValueError(self._source.cut)
+                with self._understood(k):
+                    last = self._source.read(k)
+                    self._check_box(last)
+                    return last
+            except FileError:
+                if not self._torn or k == 0:
+                    raise
+                self._count = k
+
     def _is_flat(self, raw: RawFrame, axis: int) -> bool:
-        """Tell whether all coordinates along an axis are equal, and the box has no room for another layer."""
-        if len(raw.positions) < 2 or np.ptp(raw.positions[:, axis]) != 0.0:  # NaN is not flat
+        """Tell whether there is one layer along the last axis, and the box has no room for another one."""
+        if len(raw.positions) < 2 or not thin(raw.positions[:, : axis + 1], axis):
             return False
         if raw.cell is None or (raw.periodic is not None and not raw.periodic[axis]):
             return True
@@ -218,14 +261,14 @@ class ForeignReader(Reader):
         """Return positions (n, d) from the corner of the box."""
         d = self._dimension
         coordinates = np.asarray(raw.positions, dtype=np.float64)
-        if coordinates.shape[1] > d and np.ptp(coordinates[:, d:], axis=0).any():
+        if not thin(coordinates, d):
             raise ValueError(f"coordinates beyond the {d} dimensions of the first frame differ")
         if coordinates.shape[1] < d:
             raise ValueError(f"it has {coordinates.shape[1]} coordinates, and the first frame had {d}")
         return coordinates[:, :d] - (0.0 if raw.origin is None else raw.origin[:d])
 
     def _read(self, k: int) -> Frame:
-        with self._understood():
+        with self._understood(k):
             return self._frame(self._source.read(k), k)
 
     def _frame(self, found: RawFrame, k: int) -> Frame:
@@ -262,7 +305,7 @@ class ForeignReader(Reader):
         moves = self._moves(found)
         kinds, names = self._species(found)
         return Frame(
-            time=float(k if found.time is None else found.time),
+            time=float(next(time for time in (found.time, found.step, k) if time is not None)),
             step=0,
             positions=np.ascontiguousarray(positions[order]),
             velocities=np.zeros((n, d)) if moves is None else moves[order],
@@ -279,6 +322,7 @@ class ForeignReader(Reader):
             lacks=frozenset(
                 name
                 for name, known in (
+                    ("time", found.time),
                     ("velocities", moves),
                     ("masses", found.masses),
                     ("diameters", found.diameters if self._diameter is None else self._diameter),

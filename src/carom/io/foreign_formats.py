@@ -13,15 +13,18 @@ import numpy as np
 
 from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
-from carom.io.foreign_source import RawFrame, Source, text_of, tilted_cell
+from carom.io.foreign_source import UNENDED, RawFrame, Source, is_number, text_of, tilted_cell
 from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
+from carom.io.inspection import names, part
 
 if TYPE_CHECKING:
     import h5py
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
+_KINDS = ("species", "type", "element")  # columns that tell species apart
 _CLOCKS = ("step", "time")
+_ELEMENTS = ("position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box")
 _SOMETIMES = ("velocity", "image")  # elements of H5MD that a frame may do without
 _ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
@@ -33,7 +36,10 @@ class Xyz(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._index = Index(path, whole=True)
+        self._index = Index(path, partly=True)
+        self.cut = self._index.wrong
+        if self._index.torn:
+            self.cut = UNENDED if self._index.unended else f"it ends inside frame {len(self)}"
 
     def __len__(self) -> int:
         return len(self._index)
@@ -48,7 +54,7 @@ class Xyz(Source):
         if not extended:  # a sentence, in which a comma or a unit may follow a number
             info = {key: value.rstrip(",;") for key, value in info.items()}
         time = None
-        if "time" in info and (extended or _is_number(info["time"])):
+        if "time" in info and (extended or is_number(info["time"])):
             time = number_of(info, "time")
         coordinates = columns["pos"].reshape(len(columns["pos"]), -1)
         cell = lattice_of(info)
@@ -59,7 +65,7 @@ class Xyz(Source):
         masses = next((columns[name] for name in ("masses", "mass") if name in columns), None)
         velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
         used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
-        used |= {"momenta", "species", "id", "images", "kind", "color", "z"}
+        used |= {"momenta", *_KINDS, "id", "images", "kind", "color", "z"}
         numbers = columns.get("z")  # of elements
         if numbers is not None and numbers.dtype.kind != "i":
             numbers = None
@@ -72,23 +78,21 @@ class Xyz(Source):
             None if flags is None else (*flags, *(False,) * (3 - len(flags))),
             velocities=None if velocities is None else velocities.reshape(len(coordinates), -1),
             diameters=2.0 * radii if radii is not None else columns.get("diameter"),
-            masses=masses, images=columns.get("images"), kinds=columns.get("species", numbers),
+            masses=masses, images=columns.get("images"), kinds=_kinds(columns, numbers),
             ids=ids_of(columns), time=time, dimension=_said_dimension(info, width) if extended else None,
             dropped=tuple(name for name in columns if name not in used),
         )  # fmt: skip
 
 
+def _kinds(columns: dict[str, np.ndarray], numbers: np.ndarray | None) -> np.ndarray | None:
+    """Return the column that tells most species apart, the first of them in the order of ``_KINDS``."""
+    found = [columns[name] for name in _KINDS if name in columns and columns[name].ndim == 1]
+    return max(found, key=lambda column: len(np.unique(column)), default=numbers)
+
+
 def _said_dimension(info: dict[str, str], width: int) -> int | None:
     """Return the dimension that a frame says, or that of fewer than three coordinates."""
     return number_of(info, "dimension", int, width) if "dimension" in info or width < 3 else None
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _of_elements(numbers: np.ndarray | None, symbols: Any) -> np.ndarray:
@@ -109,26 +113,31 @@ class _Blocks(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._lines = [line for line in text_of(path) if not line.startswith(self.comment)]
+        lines, rest = text_of(path)
+        self._lines = [line for line in lines if not line.startswith(self.comment)]
         while self._lines and not self._lines[-1].strip():
             self._lines.pop()
-        self._starts: list[int] = []
-        at = 0
-        while at < len(self._lines):
-            self._starts.append(at)
+        self._bounds = [0]
+        while not self.cut and (at := self._bounds[-1]) < len(self._lines):
             number = "".join(self._lines[at + self.count_line : at + self.count_line + 1]).strip()
-            if not number.isdecimal() or int(number) == 0:
-                raise ValueError(f"frame {len(self) - 1} has {number!r} for its number of particles")
-            at += int(number) + self.around
-        if at > len(self._lines):
-            raise ValueError(f"it ends inside frame {len(self) - 1}")
+            end = at + self.around + (int(number) if number.isdecimal() else 0)
+            if at + self.count_line < len(self._lines) and end <= at + self.around:
+                self.cut = f"frame {len(self)} has {number!r} for its number of particles"
+            elif end > len(self._lines):
+                self.cut = (
+                    UNENDED if rest and end == len(self._lines) + 1 else f"it ends inside frame {len(self)}"
+                )
+            else:
+                self._bounds.append(end)
+        if rest and not rest.startswith(self.comment) and not self.cut:
+            self.cut = f"it ends inside frame {len(self)}"
 
     def __len__(self) -> int:
-        return len(self._starts)
+        return len(self._bounds) - 1
 
     def _of(self, k: int) -> list[str]:
         """Return the lines of frame k."""
-        return self._lines[self._starts[k] : (*self._starts, len(self._lines))[k + 1]]
+        return self._lines[self._bounds[k] : self._bounds[k + 1]]
 
 
 class Gro(_Blocks):
@@ -155,7 +164,7 @@ class Gro(_Blocks):
             _columns(rows, 20, width, k), cell,
             velocities=_columns(rows, end, points[4] - points[3], k) if moving else None,
             kinds=np.array([row[10:15].strip() for row in rows]),
-            time=float(time[1]) if time and _is_number(time[1]) else None,
+            time=float(time[1]) if time and is_number(time[1]) else None,
         )  # fmt: skip
 
 
@@ -173,7 +182,7 @@ def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
     try:
         return np.array(words, dtype=np.float64).reshape(-1, 3)
     except ValueError:
-        at = next(at for at, word in enumerate(words) if not _is_number(word))
+        at = next(at for at, word in enumerate(words) if not is_number(word))
         raise ValueError(f"frame {k} has {words[at]!r} where particle {at // 3 + 1} has a number") from None
 
 
@@ -236,7 +245,7 @@ class Gsd(Source):
             particles.position, cell, -0.5 * cell.sum(axis=0), (True,) * 3,
             velocities=self._of(particles, "velocity"), diameters=diameters,
             masses=self._of(particles, "mass"), images=self._of(particles, "image"),
-            kinds=names[particles.typeid], time=float(stored.configuration.step), dimension=d,
+            kinds=names[particles.typeid], step=float(stored.configuration.step), dimension=d,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -252,27 +261,38 @@ class H5md(Source):
     def __init__(self, path: Path):
         super().__init__(path)
         self._clocks: dict[Any, np.ndarray] = {}
-        self._input = Input(path)
+        self._input = Input(path, whole=False)  # others hold what nobody needs
         try:
-            groups = {
-                name: group for name, group in self._input.file["particles"].items() if "position" in group
-            }
-            if not groups:
-                raise ValueError("its group 'particles' has no positions")
-            self._group = max(groups.values(), key=lambda group: _values(group["position"]).shape[-2])
-            self._left = tuple(f"group {name}" for name in groups if groups[name] != self._group)
-            self._coordinates = self._group["position"]
+            groups = self._positions(self._input.file["particles"])
+            name = max(groups, key=lambda name: _values(groups[name]).shape[-2])
+            self._left = tuple(f"group {other}" for other in groups if other != name)
+            self._group, self._coordinates = self._input.file["particles"][name], groups[name]
+            self._elements = {each: part(self._group, each, text=each == "species") for each in _ELEMENTS}
             self.units = str(_values(self._coordinates).attrs.get("unit", ""))
         except BaseException:
             self._input.close()
             raise
 
+    def _positions(self, particles: h5py.Group) -> dict[str, Any]:
+        """Return the positions of each group that has sound ones."""
+        found, wrong = {}, "its group 'particles' has no positions"
+        for name in names(particles):
+            try:
+                group = particles[name]
+                if not _is_fixed(group) and (position := part(group, "position")) is not None:
+                    found[name] = position
+            except ValueError as error:
+                wrong = str(error)
+        if not found:
+            raise ValueError(wrong)
+        return found
+
     def __len__(self) -> int:
         return 1 if _is_fixed(self._coordinates) else len(_values(self._coordinates))
 
-    def _element(self, parent: Any, name: str, k: int) -> Any:
+    def _element(self, name: str, k: int, parent: Any = None) -> Any:
         """Return an element at the step of position k, or None; it may be stored at steps of its own."""
-        node = parent.get(name)
+        node = (self._elements if parent is None else parent).get(name)
         if node is None or _is_fixed(node):
             return None if node is None else node[()]
         values, own = _values(node), [self._moments(self._coordinates, clock) for clock in _CLOCKS]
@@ -299,38 +319,38 @@ class H5md(Source):
             self._clocks[at, count] = at[()] if at.shape else start + at[()] * np.arange(count)
         return self._clocks[at, count]
 
-    def _time(self, k: int) -> float | None:
-        known = (self._moments(self._coordinates, clock) for clock in reversed(_CLOCKS))
-        return next((float(moments[k]) for moments in known if moments is not None), None)
+    def _clock(self, clock: str, k: int) -> float | None:
+        moments = self._moments(self._coordinates, clock)
+        return None if moments is None else float(moments[k])
 
     def read(self, k: int) -> RawFrame:
         """Return frame k."""
-        group, coordinates = (
-            self._group,
-            np.asarray(self._element(self._group, "position", k), dtype=np.float64),
-        )
+        coordinates = np.asarray(self._element("position", k), dtype=np.float64)
         width = coordinates.shape[1]
-        box, cell, flags, origin = group.get("box"), None, None, None
+        box, cell, flags, origin = self._elements.get("box"), None, None, None
         if box is not None:
-            edges = self._element(box, "edges", k)
+            edges = self._element("edges", k, box)
             if edges is not None:
                 cell = _square(np.diag(edges) if np.ndim(edges) == 1 else np.asarray(edges))
-            kinds = box.attrs.get("boundary")
-            if kinds is not None:
-                words = [str(w.decode() if isinstance(w, bytes) else w) for w in np.atleast_1d(kinds)]
+            if (boundary := box.attrs.get("boundary")) is not None:
+                words = [str(w.decode() if isinstance(w, bytes) else w) for w in np.atleast_1d(boundary)]
                 flags = tuple(word == "periodic" for word in words)
-            offset = self._element(box, "offset", k)
+            offset = self._element("offset", k, box)
             origin = None if offset is None else np.append(offset, np.zeros(3 - width))
-        radii = self._element(group, "radius", k)
-        known = {"position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box"}
+        radii, kinds = self._element("radius", k), self._element("species", k)
+        if kinds is not None and kinds.dtype.kind in "SO":
+            kinds = np.array(
+                [w.decode("utf-8", "replace") if isinstance(w, bytes) else str(w) for w in kinds]
+            )
         return RawFrame(
             coordinates, cell, origin, None if flags is None else (*flags, *(False,) * (3 - len(flags))),
-            velocities=self._element(group, "velocity", k),
-            diameters=2.0 * radii if radii is not None else self._element(group, "diameter", k),
-            masses=self._element(group, "mass", k), images=self._element(group, "image", k),
-            kinds=self._element(group, "species", k), ids=self._element(group, "id", k),
-            time=self._time(k), dimension=width if width < 3 else None,
-            dropped=(*self._left, *(name for name in group if name not in known)),
+            velocities=self._element("velocity", k),
+            diameters=2.0 * radii if radii is not None else self._element("diameter", k),
+            masses=self._element("mass", k), images=self._element("image", k),
+            kinds=kinds, ids=self._element("id", k),
+            time=self._clock("time", k), step=self._clock("step", k),
+            dimension=width if width < 3 else None,
+            dropped=(*self._left, *(name for name in names(self._group) if name not in _ELEMENTS)),
         )  # fmt: skip
 
     def close(self) -> None:

@@ -22,6 +22,8 @@ _FEW = 500  # lines that are read one by one
 
 PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
+UNENDED = "its last line has no newline, so that digits may be missing; add a newline if the line is whole"
+
 _MAGIC: dict[bytes, Callable[[Path], Any]] = {
     b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open,
 }  # fmt: skip
@@ -42,6 +44,7 @@ class RawFrame:
     kinds: np.ndarray | None = None  # (n,), what tells species apart: names or numbers
     ids: np.ndarray | None = None
     time: float | None = None
+    step: float | None = None  # which stands for a time that is not there
     unwrapped: bool = False  # known never to be put back into the box
     dimension: int | None = None  # None where it follows from the coordinates
     dropped: tuple[str, ...] = ()  # what the file holds besides
@@ -54,6 +57,8 @@ class Source(ABC):
     """Unit of lengths that the format prescribes."""
     ordered = False
     """Whether particles without ids stand in the same order in every frame."""
+    cut = ""
+    """Why the file ends inside a frame, if it does: that one is none of its frames."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -77,10 +82,12 @@ def opened(path: Path) -> io.BufferedReader:
     return io.BufferedReader(next(packed, None) or path.open("rb", buffering=0), _BLOCK)
 
 
-def text_of(path: Path) -> list[str]:
-    """Return the lines of a text; comments may be in any encoding."""
+def text_of(path: Path) -> tuple[list[str], str]:
+    """Return the lines of a text, and a last one without an end; comments may be in any encoding."""
     with opened(path) as file:
-        return file.read().decode("utf-8", "replace").splitlines()
+        text = file.read().decode("utf-8", "replace")
+    lines = text.splitlines()
+    return lines, lines.pop().rstrip() if text and text[-1] not in "\r\n" else ""
 
 
 def line_of(file: IO[bytes]) -> bytes:
@@ -117,9 +124,26 @@ def pass_lines(file: io.BufferedReader, count: int, end: bytes = b"") -> tuple[i
 
 def table_of(lines: bytes, columns: list[int]) -> np.ndarray:
     """Return some columns of a table of words as float64, (rows, columns)."""
-    return np.loadtxt(
-        io.BytesIO(lines), usecols=columns, comments=None, ndmin=2, encoding="latin-1"
-    )  # fmt: skip
+    return np.loadtxt(io.BytesIO(lines), usecols=columns, comments=None, ndmin=2, encoding="latin-1")
+
+
+def is_number(word: str) -> bool:
+    """Tell whether a word is a number."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def thin(places: np.ndarray, d: int) -> bool:
+    """Tell whether positions are of d dimensions: beyond, they change no distance of neighbors.
+
+    The square of a distance counts up to single precision, in which such files are often written.
+    """
+    spread = np.ptp(places, axis=0) if len(places) else np.zeros(places.shape[1])
+    apart = np.prod(spread[:d]) ** (2.0 / d) / max(len(places), 1) ** (2.0 / d)
+    return bool((spread[d:] ** 2 <= np.finfo(np.float32).eps * apart).all())
 
 
 def vectors(table: dict[str, Any], *names: str) -> np.ndarray | None:

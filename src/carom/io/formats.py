@@ -17,7 +17,7 @@ from carom.io.foreign_source import PACKED, opened
 from carom.io.validation import flaw, step_back
 from carom.paths import existing, reading, uninterrupted, writing
 from carom.table import in_html
-from carom.texts import counted
+from carom.texts import counted, typed
 
 if TYPE_CHECKING:
     import xarray
@@ -94,6 +94,10 @@ class Reader(Closing, ABC):
     def _read(self, k: int) -> Frame:
         """Return frame ``0 <= k < len(self)`` as it stands in the file."""
 
+    def _way_out(self, k: int) -> str:
+        """Return how to get the frames before frame k, which cannot be read, as the end of a sentence."""
+        return ""
+
     def _checked(self, k: int) -> Frame:
         """Return frame ``0 <= k < len(self)``; raise FileError if Carom would not write such a frame."""
         frame = self._read(k)
@@ -102,7 +106,7 @@ class Reader(Closing, ABC):
         if wrong is None and k - 1 in self._instants:
             wrong = step_back(frame, *self._instants[k - 1])
         if wrong is not None:
-            raise FileError(f"{self.path} {self._stranger}: in frame {k} the {wrong}.")
+            raise FileError(f"{self.path} {self._stranger}: in frame {k} the {wrong}{self._way_out(k)}.")
         return frame
 
     @overload
@@ -292,6 +296,12 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
     starts = (start for start, look in _BEGINS.items() if name.startswith(start) and re.match(look, begin))
     start = next(starts, None)
     return None if start is None else FOREIGN[start or "dump."]
+
+
+def nameless(path: Path) -> str:
+    """Return what to do about a file whose name tells no format, as the end of a sentence."""
+    named = typed("ln", path, f"{path}.xyz")
+    return f"give it a name that tells what it is, such as by `{named}`"
 
 
 def format_of(path: str | os.PathLike[str], exported: Iterable[str] = ()) -> str:

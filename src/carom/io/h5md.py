@@ -17,7 +17,7 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
-from carom.io.inspection import fill_value, growing, put
+from carom.io.inspection import fill_value, growing, names, put
 from carom.io.locks import WriteLock, patiently, under_way
 from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
@@ -228,8 +228,10 @@ def _find_store(file: h5py.File) -> _Store | None:
 
 def is_foreign(path: Path) -> bool:
     """Tell whether a file holds particles, and nothing of Carom."""
-    with Input(path) as file:
-        return "particles" in file and "parameters/carom" not in file
+    with Input(path, whole=False) as file:
+        known = names(file)
+        ours = "parameters" in known and "carom" in file["parameters"].keys()  # noqa: SIM118  (follow no link)
+        return "particles" in known and not ours
 
 
 class H5mdReader(Reader):

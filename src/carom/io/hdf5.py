@@ -242,13 +242,14 @@ class Output:
 class Input:
     """An HDF5 file open for reading: ``file`` is its ``h5py.File``, over a file object of Python.
 
-    HDF5 opens a path once per process: later readers would see what the first one saw.
+    HDF5 opens a path once per process: later readers would see what the first one saw. Of a file that is not
+    used as a ``whole``, :func:`carom.io.inspection.part` inspects what is.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, *, whole: bool = True):
         disk = _Staged(path, "r")
         try:
-            self.file = opened(disk)
+            self.file = opened(disk, whole=whole)
         except BaseException:
             disk.close()
             raise

@@ -26,14 +26,15 @@ FORMAT = ("v108", "v108")
 and the last without a mark that a file is open for writing. After a kill, such a mark makes it unreadable."""
 
 
-def opened(source: Any, mode: str = "r") -> h5py.File:
-    """Open an HDF5 file that exists, from a Python file object, and inspect it."""
+def opened(source: Any, mode: str = "r", *, whole: bool = True) -> h5py.File:
+    """Open an HDF5 file that exists, from a Python file object, and inspect it if the ``whole`` is used."""
     import h5py
 
     # Objects added to a file have checksums; a file that is only read may be of any format.
     file = h5py.File(source, mode, libver=None if mode == "r" else FORMAT)
     try:
-        _inspect(file)
+        if whole:
+            _inspect("/", file["/"])
     except BaseException:
         file.close()
         raise
@@ -76,35 +77,75 @@ def growing(
     )  # fmt: skip
 
 
-def _inspect(file: h5py.File) -> None:
-    """Raise ValueError unless all objects are plain groups, or data sets with all bytes in this file."""
+def part(parent: h5py.Group, name: str, *, text: bool = False) -> Any:
+    """Return what is called ``name`` in a group of a file that was not opened as a whole, or None.
+
+    It is inspected with all that it holds, which may be ``text``. Links inside the file are followed to it.
+    """
+    if not parent.id.links.exists(name.encode()):
+        return None
+    found = _at(parent, name.encode())
+    _inspect(f"{parent.name}/{name}", found, followed=True, text=text)
+    return found
+
+
+def names(group: h5py.Group) -> list[str]:
+    """Return the names in a group that are no links to somewhere else."""
+    import h5py
+
+    links = group.id.links
+    return [
+        name.decode("utf-8", "replace")
+        for name in group.id
+        if links.get_info(name).type == h5py.h5l.TYPE_HARD
+    ]
+
+
+def _at(parent: h5py.Group, name: bytes, depth: int = 8) -> Any:
+    """Return what a group holds, perhaps by links inside the file, not more than ``depth`` of them."""
+    import h5py
+
+    kind = parent.id.links.get_info(name).type
+    if kind == h5py.h5l.TYPE_HARD:
+        return parent[name]
+    if kind != h5py.h5l.TYPE_SOFT or depth == 0:
+        where = f"{parent.name}/{name.decode('utf-8', 'replace')}"
+        raise ValueError(f"{where} is a link to somewhere else, and Carom follows none")
+    path = parent.id.links.get_val(name)
+    found = parent.file["/"] if path.startswith(b"/") else parent
+    for each in filter(None, path.split(b"/")):
+        found = _at(found, each, depth - 1)
+    return found
+
+
+def _inspect(path: str, node: Any, *, followed: bool = False, text: bool = False) -> None:
+    """Raise ValueError unless all objects are plain groups, or data sets with all bytes in this file.
+
+    Links inside the file are ``followed``, or refused.
+    """
     import h5py
 
     seen: set[int] = set()
-    waiting: list[tuple[str, Any]] = [("/", file["/"])]
+    waiting: list[tuple[str, Any]] = [(path, node)]
     while waiting:
-        path, parent = waiting.pop()
-        links = parent.id.links
-        for name in parent.id:
-            where = f"{path}{name.decode('utf-8', 'replace')}"
-            if links.get_info(name).type != h5py.h5l.TYPE_HARD:
-                raise ValueError(f"{where} is a link to somewhere else, and Carom follows none")
-            child = parent[name]
-            address = h5py.h5o.get_info(child.id).addr
-            if address in seen:
-                continue
-            seen.add(address)
-            if len(seen) > _MOST_OBJECTS:
-                raise ValueError(f"it holds more than {_MOST_OBJECTS} objects")
-            if isinstance(child, h5py.Group):
-                waiting.append((f"{where}/", child))
-            elif isinstance(child, h5py.Dataset):
-                _inspect_data(where, child, file.id.get_filesize())
-            else:
-                raise ValueError(f"{where} is neither a group nor a data set")
+        path, node = waiting.pop()
+        if isinstance(node, h5py.Dataset):
+            _inspect_data(path, node, node.file.id.get_filesize(), text)
+        elif not isinstance(node, h5py.Group):
+            raise ValueError(f"{path} is neither a group nor a data set")
+        else:
+            for name in node.id:
+                child = _at(node, name, depth=8 if followed else 0)
+                address = h5py.h5o.get_info(child.id).addr
+                if address in seen:
+                    continue
+                seen.add(address)
+                if len(seen) > _MOST_OBJECTS:
+                    raise ValueError(f"it holds more than {_MOST_OBJECTS} objects")
+                waiting.append((f"{path.rstrip('/')}/{name.decode('utf-8', 'replace')}", child))
 
 
-def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
+def _inspect_data(where: str, data: h5py.Dataset, size: int, text: bool = False) -> None:
     """Raise ValueError unless a data set holds numbers, all of them in this file of `size` bytes."""
     import h5py
 
@@ -116,7 +157,7 @@ def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
     for k in range(settings.get_nfilters()):
         if settings.get_filter(k)[0] != h5py.h5z.FILTER_FLETCHER32:
             raise ValueError(f"{where} is compressed; `h5repack -f NONE old new` undoes that")
-    if data.shape is None or data.dtype.hasobject:
+    if data.shape is None or (data.dtype.hasobject and not (text and h5py.check_string_dtype(data.dtype))):
         raise ValueError(f"{where} holds no numbers")
     # Not data.size: it wraps around where a damaged file declares more than 2^63.
     if (declared := math.prod(data.shape) * data.dtype.itemsize) == 0:

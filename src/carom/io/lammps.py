@@ -15,16 +15,20 @@ import numpy as np
 
 from carom.io.extxyz_header import integers
 from carom.io.foreign_source import (
+    UNENDED,
     RawFrame,
     Source,
+    is_number,
     line_of,
     opened,
     pass_lines,
     table_of,
     text_of,
+    thin,
     tilted_cell,
     vectors,
 )
+from carom.paths import reason
 
 _WORDS = {"typelabel", "element"}
 """Columns of a dump that hold words; ``type`` may."""
@@ -43,11 +47,16 @@ class Dump(Source):
         self._starts: list[int] = []
         try:
             while self._seek_frame():
-                self._starts.append(self._at)
-                _, n, _, _ = self._head()
+                at, n = self._at, self._head(len(self))[1]
                 k, rest = pass_lines(self._file, n, b"ITEM:")
-                if k < n - bool(rest.strip()):
-                    raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
+                if k < n:
+                    unended = k == n - 1 and rest.strip()
+                    raise ValueError(
+                        UNENDED if unended else f"frame {len(self)} ends after {k} of {n} particles"
+                    )
+                self._starts.append(at)
+        except Exception as error:  # of packers, too
+            self.cut = reason(error)
         except BaseException:
             self._file.close()
             raise
@@ -63,29 +72,50 @@ class Dump(Source):
             if not line:
                 return False
 
-    def _head(self) -> tuple[float | None, int, tuple[str, np.ndarray] | None, list[str]]:
-        """Read the items of a frame up to its table: time, number of particles, box, columns."""
-        time = n = box = None
+    def _head(self, k: int) -> tuple[dict[str, float], int, tuple[str, np.ndarray] | None, list[str]]:
+        """Read the items of frame k up to its table: its clocks, number of particles, box, columns."""
+
+        def line() -> str:
+            found = line_of(self._file)
+            if not found.endswith(b"\n"):
+                raise ValueError(f"it ends inside frame {k}")
+            return found.decode("utf-8", "replace").strip()
+
+        def numbers(what: str, *counts: int) -> list[float]:
+            words = (text := line()).split()
+            if len(words) not in counts or not all(map(is_number, words)):
+                raise ValueError(f"frame {k} has {text[:40]!r} for {what}")
+            return [float(word) for word in words]
+
+        clocks: dict[str, float] = {}
+        n = box = None
         while True:
-            line = line_of(self._file).decode("utf-8", "replace").strip()
-            item, _, rest = line.removeprefix("ITEM: ").partition(" ")
-            if not line.startswith("ITEM: "):
-                raise ValueError(f"frame {len(self) - 1} has {line[:40]!r} where an ITEM was expected")
+            head = line()
+            item, _, rest = head.removeprefix("ITEM: ").partition(" ")
+            if not head.startswith("ITEM: "):
+                raise ValueError(f"frame {k} has {head[:40]!r} where an ITEM was expected")
             if item == "ATOMS":
                 if n is None:
-                    raise ValueError(f"frame {len(self) - 1} has no number of atoms")
-                return time, n, box, rest.split()
+                    raise ValueError(f"frame {k} has no number of atoms")
+                return clocks, n, box, rest.split()
             if item == "BOX":
-                rows = [[float(word) for word in line_of(self._file).split()] for _ in range(3)]
-                box = rest.removeprefix("BOUNDS").strip(), np.array(rows)
-                continue
-            value = line_of(self._file).decode("utf-8", "replace").strip()
-            if line == "ITEM: NUMBER OF ATOMS":
-                n = int(value)
-            elif item == "TIME" or (item == "TIMESTEP" and time is None):
-                time = float(value)
-            elif item not in ("TIMESTEP", "UNITS"):
-                raise ValueError(f"its frames hold {line[6:46]!r}, no atoms")
+                flags = rest.removeprefix("BOUNDS").strip()
+                rows = [
+                    numbers("bounds of its box", *((4,) if flags[:3] == "abc" else (2, 3))) for _ in "xyz"
+                ]
+                if len({len(row) for row in rows}) > 1:
+                    raise ValueError(f"frame {k} has bounds of {[len(row) for row in rows]} numbers")
+                box = flags, np.array(rows)
+            elif head == "ITEM: NUMBER OF ATOMS":
+                if not (text := line()).isdecimal():
+                    raise ValueError(f"frame {k} has {text[:40]!r} for its number of particles")
+                n = int(text)
+            elif item in ("TIME", "TIMESTEP"):
+                (clocks[item],) = numbers("its time", 1)
+            elif item != "UNITS":
+                raise ValueError(f"its frames hold {head[6:46]!r}, no atoms")
+            else:
+                line()
 
     def __len__(self) -> int:
         return len(self._starts)
@@ -93,10 +123,8 @@ class Dump(Source):
     def read(self, k: int) -> RawFrame:
         """Return frame k."""
         self._file.seek(self._starts[k])
-        time, n, bounds, names = self._head()
+        clocks, n, bounds, names = self._head(k)
         rows = [line_of(self._file) for _ in range(n)]
-        if not rows:
-            raise ValueError(f"frame {k} holds no particles")
         words = [row.split() for row in rows]
         for row in words:
             if len(row) != len(names):
@@ -116,7 +144,8 @@ class Dump(Source):
             diameters=2.0 * radii if radii is not None else table.get("diameter"),
             masses=table.get("mass"), images=images, kinds=kinds,
             ids=integers(table["id"]) if "id" in table else None,
-            time=time, unwrapped=unwrapped, dimension=_dimension(positions, cell, origin),
+            time=clocks.get("TIME"), step=clocks.get("TIMESTEP"), unwrapped=unwrapped,
+            dimension=_dimension(positions, cell, origin),
             dropped=tuple(name for name in names if name not in _READ),
         )  # fmt: skip
 
@@ -159,8 +188,9 @@ def _box(flags: str, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[bo
 def _dimension(positions: np.ndarray, cell: Any, origin: Any) -> int | None:
     """Return 2 if all z are 0, in the middle of the box, as LAMMPS has them in two dimensions."""
     d = positions.shape[1]
-    if d == 3 and cell is not None and not positions[:, 2].any() and -2.0 * origin[2] == cell[2, 2]:
-        return 2
+    if d == 3 and cell is not None and -2.0 * origin[2] == cell[2, 2]:
+        middle = positions[:1] * [1.0, 1.0, 0.0]
+        return 2 if thin(np.concatenate([positions, middle]), 2) else None
     return d if d < 3 else None
 
 
@@ -198,7 +228,7 @@ class Data(Source):
 
     def read(self, k: int) -> RawFrame:
         """Return the frame."""
-        head, sections, style = self._parts()
+        head, sections, style, time = self._parts()
         atoms = sections.get("Atoms")
         if not atoms:
             raise ValueError("it has no section Atoms")
@@ -236,19 +266,23 @@ class Data(Source):
             positions, cell, origin, dimension=_dimension(positions, cell, origin),
             velocities=_velocities(sections.get("Velocities"), ids), diameters=diameters,
             masses=_masses(table, kinds, labels, sections.get("Masses")),
-            images=None if images is None else integers(images), kinds=np.array(kinds), ids=ids,
+            images=None if images is None else integers(images), kinds=np.array(kinds), ids=ids, time=time,
             dropped=tuple(
                 name for name in (*names, *sections) if name in ("q", "mol") or name in ("Bonds", "Angles")
             ),
         )  # fmt: skip
 
-    def _parts(self) -> tuple[dict[str, list[str]], dict[str, list[list[str]]], str]:
-        """Return the header by its words, the rows of each section, and the atom style."""
+    def _parts(self) -> tuple[dict[str, list[str]], dict[str, list[list[str]]], str, float | None]:
+        """Return the header by its words, the rows of each section, the atom style, and Carom's time."""
         head: dict[str, list[str]] = {}
         sections: dict[str, list[list[str]]] = {}
         rows: list[list[str]] | None = None
         style = ""
-        for line in text_of(self.path)[1:]:  # the first one is a comment
+        lines, rest = text_of(self.path)
+        if rest:
+            raise ValueError(UNENDED)
+        time = re.match(r"Carom, time ([^;]*);", "".join(lines[:1]))
+        for line in lines[1:]:  # the first one is a comment
             text, _, comment = (part.strip() for part in line.partition("#"))
             if _SECTION.fullmatch(text):
                 rows = sections.setdefault(text, [])
@@ -261,7 +295,7 @@ class Data(Source):
                 words = text.split()
                 count = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
                 head[" ".join(words[count:])] = words[:count]
-        return head, sections, style
+        return head, sections, style, float(time[1]) if time else None
 
     def _cell(self, head: dict[str, list[str]], *, flat: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return the cell and its corner; edges that are not there are 0, but that of z in a flat system."""
@@ -276,8 +310,10 @@ class Data(Source):
 
 def _velocities(rows: list[list[str]] | None, ids: np.ndarray) -> np.ndarray | None:
     """Return the velocities in the order of the atoms."""
-    if not rows:
+    if rows is None:
         return None
+    if any(len(row) < 4 for row in rows):
+        raise ValueError("a row of its section Velocities has fewer than four words")
     of = {int(row[0]): [float(word) for word in row[1:4]] for row in rows}
     if lacking := [number for number in ids.tolist() if number not in of]:
         raise ValueError(f"its section Velocities lacks {len(lacking)} atoms, such as {lacking[0]}")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from carom.io.foreign_source import RawFrame, Source, text_of
+from carom.io.foreign_source import UNENDED, RawFrame, Source, text_of
 from carom.io.formats import foreign_format_of
 
 if TYPE_CHECKING:
@@ -32,6 +32,9 @@ class OfAse(Source):
         import ase.io
 
         super().__init__(path)
+        last = text_of(path)[1].split()[-1:]
+        if last and last[0][0] in "+-.0123456789":
+            raise ValueError(UNENDED)
         form = {"CIF": "cif", "POSCAR": "vasp", "XDATCAR": "vasp-xdatcar"}[foreign_format_of(path) or ""]
         self._atoms: Any = ase.io.read(path, index=":", format=form)
 
@@ -110,15 +113,16 @@ class Pdb(_OfMDAnalysis):
     def _trajectory(self) -> Any:
         import MDAnalysis
 
-        lines = text_of(self.path)
+        lines, rest = text_of(self.path)
+        # Columns say whether the last atom is whole; what stands behind the atoms is not read.
+        if rest and len(rest) < 54 and not rest.startswith(("END", "TER", "MASTER", "CONECT")):
+            raise ValueError("its last line ends before the coordinates do")
         with tempfile.TemporaryDirectory() as folder:  # MDAnalysis unpacks no .xz
             path = self.path
             if path.suffix.lower() == ".xz":
                 path = Path(folder, "a.pdb")
-                path.write_text("\n".join(lines))
+                path.write_text("\n".join([*lines, rest]))
             self._world = MDAnalysis.Universe(str(path), topology_format="PDB", format="PDB")
-        if lines[-1].startswith(("ATOM", "HETATM")) and len(lines[-1]) < 54:
-            raise ValueError("its last line ends before the coordinates do")
         for line in lines:  # MDAnalysis passes over a box before the first MODEL
             if line.startswith("CRYST1"):
                 edges = [float(line[m:n]) for m, n in itertools.pairwise((6, 15, 24, 33, 40, 47, 54))]

@@ -37,8 +37,9 @@ from MDAnalysis.topology.base import TopologyReaderBase
 from carom.bridges.embedding import cell_of, embed, names_of, parted, require_at_most_three
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.extxyz import UNENDED, Index, parse
+from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import dimension_of, in_order, lattice_of, number_of, periodic_axes, vectors
+from carom.io.foreign_source import UNENDED
 from carom.io.formats import Reader
 from carom.io.locks import steady, under_way
 from carom.io.trajectory import open_reader

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
@@ -15,9 +14,10 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events
 from carom.io.foreign_source import PACKED
-from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of, nameless
 from carom.io.locks import under_way
 from carom.paths import PARSE_ERRORS, existing, writable
+from carom.texts import typed
 
 FRAMES = (
     "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
@@ -58,7 +58,9 @@ def open_reader(
     path = trajectory_of(path)
     form = foreign_format_of(path)
     if form is None:
-        raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
+        raise InputError(
+            f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}: {nameless(path)}."
+        )
     existing(path)
     if path.suffix.lower() in PACKED and form in ("GSD", "H5MD", "XTC", "TRR", "DCD", "ASE trajectory"):
         raise FileError(f"{path} is compressed, and {form} is not text; unpack the file first.")
@@ -66,7 +68,7 @@ def open_reader(
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
         from carom.io.foreign import ForeignReader
 
-        return ForeignReader(path, form, diameter, box)
+        return ForeignReader(path, form, diameter, box, torn)
     frames: Reader = _module(path).READER(path, torn=torn)  # first of all a file must be whole
     for name, given in (("diameter", diameter), ("box", box)):
         if given is not None:
@@ -82,11 +84,11 @@ def _refuse_states(path: Path) -> None:
     if checkpoint.is_one(path):
         kind, after = "a checkpoint, the state of a simulation", f"carom.load({str(path)!r}) in Python"
         if path.name in STATES:
-            after = f"`carom resume {shlex.quote(str(path.parent))}`"
+            after = f"`{typed('carom resume', path.parent)}`"
         raise FileError(f"{path} is {kind}, and holds no frames; {after} continues it.")
     if events.is_log(path):
         raise FileError(
-            f"{path} is an event log, and holds no frames; `carom view {shlex.quote(str(path))}` replays it."
+            f"{path} is an event log, and holds no frames; `{typed('carom view', path)}` replays it."
         )
 
 

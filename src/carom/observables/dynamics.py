@@ -256,6 +256,7 @@ class Dynamics(OfFrames):
         structure = arrays([blocking(column) for column in np.transpose(later)])
         square_now = _mean(np.array(now) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
+        scattered, errors = (np.array(part) for part in zip(*scattering, strict=True))
         return DynamicsResult(
             d,
             np.array([lag * self._every for lag, _, _ in rows]),
@@ -268,6 +269,7 @@ class Dynamics(OfFrames):
             *structure,
             np.array([means for means, _ in scattering]),
             np.array([errors for _, errors in scattering]),
+            assumed_times="time" in self._first.lacks,
             **self._line()._asdict(),
         )
 
@@ -378,6 +380,8 @@ class DynamicsResult(Result):
         displacement; its mean is nan where no times are long enough.
     fit_first, fit_last, fit_offset : float
         The line ``2 d D t + fit_offset`` [length^2] goes from ``fit_first`` to ``fit_last`` [time].
+    assumed_times : bool
+        Whether the frames have no times: those of this result count time steps, or frames.
     """
 
     dimension: int
@@ -400,6 +404,7 @@ class DynamicsResult(Result):
     fit_first: float = math.nan
     fit_last: float = math.nan
     fit_offset: float = math.nan
+    assumed_times: bool = False
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
@@ -409,7 +414,7 @@ class DynamicsResult(Result):
             ),
             ("D [length^2 / time]", self._coefficient),
         ]
-        return f"Displacements at {len(self.times)} times, the last {self.times[-1]:g}", rows
+        return f"Displacements at {self._moments()}, the last {self.times[-1]:g}", rows
 
     @property
     def _coefficient(self) -> str:
@@ -418,13 +423,19 @@ class DynamicsResult(Result):
             return "unknown: no times are on a straight line"
         return f"{self.diffusion.value_text} by a line from time {self.fit_first:g} to {self.fit_last:g}"
 
+    def _moments(self) -> str:
+        """Return how many times there are, and whether they were assumed."""
+        if self.assumed_times:
+            return f"{len(self.times)} assumed times (steps or frames, as the file holds none)"
+        return f"{len(self.times)} times"
+
     def _columns(self) -> dict[str, Any]:
         names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
         return {"time": self.times, **self._with_errors(*names)}
 
     def __str__(self) -> str:
         return (
-            f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
+            f"{self._moments()} from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
             f"displacement is {shown(self.mean_square, self.mean_square_error, -1)} length^2; D [length^2 / "
             f"time] is {self._coefficient}"
         )

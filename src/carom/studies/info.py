@@ -7,15 +7,16 @@ from pathlib import Path
 
 from carom.errors import FileError, InputError
 from carom.io import checkpoint, events
-from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of, nameless
 from carom.io.records import toml_tables
 from carom.io.trajectory import STATES, open_reader
 from carom.spec import read
-from carom.studies.kind import MOST_LINES, Info, typed
+from carom.studies.kind import MOST_LINES, Info
 from carom.studies.kind_of_studies import STUDIES, results
 from carom.studies.kinds import RESULTS, kind_at
 from carom.studies.saved import load
 from carom.studies.study import Study
+from carom.texts import typed
 
 EXPECTED = (
     "a scene file or study file (.toml), the folder of a run, packing, study or plan, a trajectory "
@@ -45,7 +46,9 @@ def info(path: str | PathLike[str]) -> Info:
     if events.is_log(where):
         return _log(where)
     if foreign_format_of(where) is None:
-        raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
+        raise FileError(
+            f"{path} is nothing that Carom reads; expected {EXPECTED}; if it holds frames, {nameless(where)}."
+        )
     with open_reader(where) as reader:
         return of_trajectory(reader)
 

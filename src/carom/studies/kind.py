@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -25,11 +24,6 @@ from carom.theory import ball_volume
 
 MOST_LINES = 3
 """Lines of the text of a result that are shown."""
-
-
-def typed(command: str, path: Path) -> str:
-    """Return a command with a path, as it is typed."""
-    return f"{command} {shlex.quote(str(path))}"
 
 
 @dataclass

@@ -12,10 +12,10 @@ from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.flow.study import ShearFlow
 from carom.studies.folder import RESULTS, SETTINGS, Folder
-from carom.studies.kind import MOST_LINES, Info, Kind, typed
+from carom.studies.kind import MOST_LINES, Info, Kind
 from carom.studies.packings.study import Packings
 from carom.studies.study import REGISTERED, Study
-from carom.texts import counted
+from carom.texts import counted, typed
 
 STUDIES: dict[str, type[Study[Any]]] = {
     kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings, Trade)

@@ -7,6 +7,7 @@ accurate from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D). Tho
 0.545 (3D) to close packing. Nothing here simulates or measures.
 """
 
+from carom.theory import arithmetic
 from carom.theory.arithmetic import Equation
 from carom.theory.choice import (
     CLOSE_PACKING,
@@ -112,3 +113,5 @@ __all__ = [
     "virial_pade",
     "virial_series",
 ]
+
+globals().update({name: arithmetic.of_numbers(globals()[name]) for name in __all__})

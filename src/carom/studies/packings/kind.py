@@ -12,10 +12,11 @@ from carom.errors import FileError, InputError
 from carom.io import records
 from carom.io.trajectory import open_reader
 from carom.models.files.tables import from_table
-from carom.studies.kind import Info, Kind, typed
+from carom.studies.kind import Info, Kind
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.pack import resume_packing
 from carom.studies.packings.packing import HISTORY, Packing
+from carom.texts import typed
 
 _SUMMARY = records.table(
     {
@@ -39,7 +40,7 @@ class OfPacking(Kind):
         summary = PackingFolder(folder).summary
         if not summary.is_file():
             raise FileError(
-                f"{folder} holds a packing that is not finished; `carom resume {folder}` goes on."
+                f"{folder} holds a packing that is not finished; `{typed('carom resume', folder)}` goes on."
             )
         found = records.read_json(summary, _SUMMARY, "the summary of a packing", "pack again")
         with open_reader(folder) as reader:

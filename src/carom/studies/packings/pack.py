@@ -28,6 +28,7 @@ from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec
 from carom.studies.places import check_same
 from carom.studies.signals import Interrupted, stoppable
+from carom.texts import typed
 
 POINTS = ("n", "dimension", "packing_fraction", "species", "walls")
 """What is said of points, and not of the particles of a scene."""
@@ -185,7 +186,9 @@ def _carried_out(compression: Compression, folder: PackingFolder | None) -> Pack
     with stoppable() as stop:
         stop.deferred = True
         if not compression.run(kept, lambda: stop.asked):
-            text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
+            text = (
+                "Stopped." if folder is None else f"Stopped; `{typed('carom resume', folder.path)}` goes on."
+            )
             raise Interrupted(text, compression.packing("stopped"))
         packing = compression.packing()
         if folder is not None:
@@ -200,6 +203,8 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     """Continue the compression in a folder; the result is bit-identical to an uninterrupted one."""
     folder = PackingFolder(Path(out))
     if not folder.checkpoint.is_file():
-        raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
+        raise FileError(
+            f"{out} holds no packing of Carom; start one with `{typed('carom pack --out', out)}`."
+        )
     with folder.owned():
         return _carried_out(Compression.load(folder.checkpoint, progress), folder)

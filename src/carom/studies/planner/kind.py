@@ -8,9 +8,10 @@ from typing import Any
 from carom.io import records
 from carom.observables.statistics import value_with_error
 from carom.studies.folder import RESULTS, SETTINGS
-from carom.studies.kind import Info, Kind, typed
+from carom.studies.kind import Info, Kind
 from carom.studies.planner.outcome import NAME as OUTCOME, Outcome
 from carom.studies.planner.plan import NAME, RunPlan, load
+from carom.texts import typed
 
 _REACHED = records.table(
     {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from carom.studies.places import (
     refuse_others,
     title,
 )
+from carom.texts import typed
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -77,8 +77,9 @@ class RunFolder:
             )
         if found and not overwrite:
             raise FileError(
-                f"{self.path} holds {self.kind} already ({found[0]}); go on with `carom resume {self.path}`, "
-                "choose another folder with --out, or replace it with --overwrite."
+                f"{self.path} holds {self.kind} already ({found[0]}); go on with "
+                f"`{typed('carom resume', self.path)}`, choose another folder with --out, or replace "
+                "it with --overwrite."
             )
 
     def make(self) -> None:
@@ -114,14 +115,15 @@ class RunFolder:
             raise FileError(
                 f"{self.path} has frames or events ({', '.join(path.name for path in found)}), but no "
                 "checkpoint to go on from; put checkpoint.h5 back, or begin anew with "
-                f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
+                f"`{typed('carom run', self.scene)} {typed('--out', self.path)} --overwrite`, which "
+                "replaces them."
             )
 
     def check_unedited(self, plan: SceneFile) -> None:
         """Refuse a scene file that was edited since its run, of a plan, began; a missing one is no edit."""
         if not self.scene.exists():
             return
-        remedy = f"undo the edit, or remove the file, and `carom resume {self.path}` writes it anew"
+        remedy = f"undo the edit, or remove the file, and `{typed('carom resume', self.path)}` writes it anew"
         try:
             found = SceneFile.load(self.scene)
         except (FileError, InputError) as error:
@@ -129,8 +131,8 @@ class RunFolder:
         if edits := differences(words_of(plan), words_of(found)):
             raise FileError(
                 f"{self.scene} was edited since its run began: {edits}. A run goes on as it "
-                f"began: {remedy}; `carom run {self.scene} --out` with another folder runs what the file "
-                "asks for now."
+                f"began: {remedy}; `{typed('carom run', self.scene)} --out` with another folder runs "
+                "what the file asks for now."
             )
 
     def restore_scene(self, plan: SceneFile) -> None:
@@ -178,7 +180,7 @@ def existing_run(path: Path) -> RunFolder:
         if not path.is_dir():
             expected = "the folder of a run, as `carom run --out` makes it"
             if path.exists() and kind_of(path.parent) is not None:
-                expected = f"its folder: `carom resume {shlex.quote(str(path.parent))}`"
+                expected = f"its folder: `{typed('carom resume', path.parent)}`"
             missing = "is a file" if path.exists() else "does not exist"
             raise FileError(f"{path} {missing}; expected {expected}.")
         if not any(file.is_file() for file in (folder.checkpoint, folder.summary, folder.scene)):

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import FileError
-from carom.studies.kind import Info, Kind, typed
+from carom.studies.kind import Info, Kind
 from carom.studies.runs.execution import resume
 from carom.studies.runs.folder import RunFolder, existing_run
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
+from carom.texts import typed
 
 
 class OfRun(Kind):
@@ -23,7 +24,9 @@ class OfRun(Kind):
         """Return the result of a run."""
         summary = RunFolder(folder).summary
         if not summary.is_file():
-            raise FileError(f"{folder} holds a run that is not finished; `carom resume {folder}` goes on.")
+            raise FileError(
+                f"{folder} holds a run that is not finished; `{typed('carom resume', folder)}` goes on."
+            )
         return RunResult(folder, read_summary(summary))
 
     def resume(self, folder: Path, *, cores: int | str | None = None, **how: Any) -> RunResult:

@@ -38,6 +38,7 @@ from carom.studies.runs.storage import amount, holdable, without_trajectory
 from carom.studies.runs.stretch import PARTS, PILOT, Stretch
 from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop
+from carom.texts import typed
 
 LONGEST = 1e9
 """Largest length of a run to a relative error [lengths of its pilot]."""
@@ -347,7 +348,7 @@ class Run:
     # Between the parts.
 
     def _interrupted(self) -> Interrupted:
-        return Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
+        return Interrupted(f"Stopped; `{typed('carom resume', self.folder.path)}` goes on.")
 
     def _report(self, fraction: float, text: str) -> None:
         if self._progress is not None:

@@ -15,6 +15,7 @@ from carom.frame import Frame
 from carom.io import checksums
 from carom.io.trajectory import open_reader
 from carom.studies.runs.folder import RunFolder
+from carom.texts import typed
 
 LOSSLESS = ("h5md", "extxyz")
 """Formats from which another can be restored."""
@@ -65,7 +66,7 @@ class Written:
             raise FileError(
                 f"{'; '.join(damage.values())}; no other trajectory holds the frames with all digits, so the "
                 "run cannot go on and was left as it is: restore one from a copy, or repeat the run, "
-                f"`carom run {self._folder.scene} --out` with another folder."
+                f"`{typed('carom run', self._folder.scene)} --out` with another folder."
             )
         return {form: intact[0] for form in damage}  # noqa: C420  (where none is damaged, none may be intact)
 
