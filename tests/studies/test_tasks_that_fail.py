@@ -2,6 +2,7 @@
 
 import json
 import math
+import signal
 import sys
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,6 +14,7 @@ from helpers.workers import odd
 
 from carom.errors import CaromWarning, InputError
 from carom.studies import executors, own
+from carom.studies.signals import stoppable
 
 
 def _round():
@@ -133,3 +135,18 @@ def test_tasks_are_what_a_file_can_hold():
 
     with pytest.raises(InputError, match=r"task\['until'\] is inf, and a file holds finite numbers"):
         Study(Endless()).run(executor="serial")
+
+
+def test_signals_that_a_process_ignores_stay_ignored():
+    """A study begun by ``python mine.py &`` in a script hears no Ctrl-C; SIGTERM stops it."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with stoppable() as stop:
+            stop.deferred = True
+            signal.raise_signal(signal.SIGINT)
+            assert not stop.asked
+            signal.raise_signal(signal.SIGTERM)
+            assert stop.asked
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
