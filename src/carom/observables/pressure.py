@@ -308,8 +308,8 @@ class PressureResult(OneNumber):
         eta, n, d = self.packing_fraction, self.n, self.dimension
         if equation is None and not self.simple:
             raise InputError(
-                "The correction to infinite size is known of equal elastic spheres alone: give equation=, Z as "
-                "a function of the packing fraction; for a mixture, subtract carom.theory."
+                "The correction to infinite size is known of equal elastic spheres alone: give equation=, a "
+                "function of the packing fraction; for a mixture, subtract carom.theory."
                 "mixture_finite_size_shift(packing_fraction, fractions, diameters, dimension, n, "
                 "carom.theory.bmcsl) of its species."
             )

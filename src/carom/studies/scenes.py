@@ -103,11 +103,10 @@ def words_of_task(scene: SceneSpec, kT: float) -> dict[str, Any]:
 
 def with_fractions(scene: SceneSpec) -> tuple[Species, ...]:
     """Return the species of a scene, each with a fraction: a study says how many particles there are."""
-    counted = scene.counted
-    return tuple(
-        replace(each, count=None, fraction=float(each.count or 0)) if counted else each
-        for each in scene.species
-    )
+    if not scene.counted:
+        return scene.species
+    total = sum(each.count for each in scene.species)
+    return tuple(replace(each, count=None, fraction=each.count / total) for each in scene.species)
 
 
 def refuse_long_boxes(scene: SceneSpec) -> None:
