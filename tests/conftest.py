@@ -1,6 +1,7 @@
 """Settings of the whole test session."""
 
 import os
+import signal
 
 import pytest
 from helpers import apart
@@ -16,7 +17,12 @@ settings.load_profile("carom")
 
 
 def pytest_configure(config):
-    """Let each test have a limit, and workers give back the memory of each file."""
+    """Let each test have a limit, workers give back the memory of each file, and Ctrl-C interrupt.
+
+    A process started by ``pytest &`` in a script, or by some runners of jobs, ignores Ctrl-C otherwise, and
+    so does each one that a test starts.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     limits = Limits()
     is_copied = hasattr(config, "workerinput") and apart.POSSIBLE
     config.pluginmanager.register(apart.Apart(config, limits) if is_copied else limits)

@@ -31,6 +31,9 @@ HOTTEST = 1e304
 #: Collisions beyond this are never reached.
 MOST_COLLISIONS = 2.0**62
 
+#: Rounding error of the fraction of a species, at most: fractions have three digits or more.
+ROUNDED = 5e-4
+
 #: Relative errors below this are refused: they would take about 1e18 independent blocks.
 FINEST_ERROR = 1e-9
 
@@ -203,6 +206,19 @@ def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
         index = ", ".join(map(str, where))
         raise InputError(f"{name} must be finite, found {result[where]} at [{index}].")
     return result
+
+
+def shares(fractions: Any, instead: str = "change them, or give counts") -> np.ndarray:
+    """Return the fractions of K species, which may be rounded, (K,) with the sum 1; ``instead`` is advice."""
+    found = array(fractions, "fractions", "(K,)", ndim=1)
+    if not found.size or found.min() < 0.0 or found.max() == 0.0:
+        raise InputError("fractions must be numbers of at least zero, not all of them zero.")
+    total = float(found.sum())
+    if not abs(total - 1.0) <= ROUNDED * found.size:
+        raise InputError(
+            f"The fractions of the species add up to {total:.6g}, and all particles are 1: {instead}."
+        )
+    return found / total
 
 
 def _range(low: float, high: float, open_low: bool) -> str:

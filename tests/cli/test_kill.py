@@ -2,6 +2,7 @@
 three formats; and ``kill -9`` while diameters grow, where an event log is refused.
 """
 
+import contextlib
 import json
 import random
 import shutil
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import ase.io
 import MDAnalysis
@@ -200,6 +202,45 @@ def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference
     assert done.returncode == 0, done.stderr
     assert began(out) == before, "the run did not go on, but started again"
     assert_same_run(whole, out)
+
+
+def test_a_run_that_ignores_ctrl_c_stops_by_sigterm(tmp_path, reference):
+    """A shell so starts ``carom run ... &`` of a script; the Ctrl-C is for what stands before."""
+    out, state = tmp_path / "run", tmp_path / "run" / "checkpoint.h5"
+    with signal_ignored(signal.SIGINT):
+        process = started([*CAROM, "run", reference[0], "--out", out])
+    saved = {None}
+
+    def saves_again(times):
+        """Tell whether the state was saved some times more; a run that is stopped saves it once."""
+        if state.exists():
+            saved.add(state.stat().st_mtime_ns)
+        return len(saved) > times
+
+    wait_for(lambda: saves_again(1), process)
+    process.send_signal(signal.SIGINT)
+    wait_for(lambda: saves_again(4), process)
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors.count("Stopped") == 1
+
+
+@contextlib.contextmanager
+def signal_ignored(number):
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+def test_tests_of_ctrl_c_pass_where_it_is_ignored():
+    file = Path(__file__).parents[1] / "io" / "test_io_trajectories.py"
+    words = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "no:cacheprovider", "-k", "ctrl_c", file]
+    with signal_ignored(signal.SIGINT):
+        done = subprocess.run(words, capture_output=True, text=True, timeout=commands.WAIT)
+    assert done.returncode == 0, done.stdout
 
 
 # While diameters grow.

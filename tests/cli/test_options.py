@@ -129,10 +129,10 @@ FIELDS = {
     "write": ("extxyz", ("extxyz",)), "checkpoint_every": ("7", 7.0), "seeds": ("2", 2),
     "until_Z": ("1e4", 1e4), "collisions": ("300", 300),
     "stages": ("0.2:10", lambda seen: [*seen[0]] == [0.2, 10.0]),
-    "species": ("10:1.4", lambda seen: (
+    "species": ("1:1.4", lambda seen: (
         (seen[0]["count"], seen[0]["diameter"]) if isinstance(seen[0], dict)
         else (seen[0].fraction, seen[0].diameter)
-    ) == (10, 1.4)),
+    ) == (1, 1.4)),
 }  # fmt: skip
 """What is typed for a field of a specification, and what it becomes."""
 

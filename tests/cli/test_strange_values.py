@@ -314,6 +314,16 @@ def typed(*words):
     return done
 
 
+@pytest.mark.parametrize("missing", [{"U": None}, {"volume": None}, {"U": EMPTY}, {}])
+def test_a_quantity_that_a_summary_does_not_have_is_not_a_number(tmp_path, missing):
+    kept = {name: value for name, value in SUMMARY.items() if name not in ("U", "volume")}
+    result = RunResult(tmp_path, {**kept, **missing})
+    assert math.isnan(result.U.mean)
+    assert math.isnan(result.volume.mean)
+    assert result.Z.mean == 1.5
+    assert result.to_dict()["U"] is None
+
+
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
 def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_them):
     path = tmp_path / "summary.json"

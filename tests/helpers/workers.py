@@ -30,3 +30,17 @@ def compiled_there(value):
     from numba import njit
 
     return njit(lambda x: x + value)(1)
+
+
+class Odd(Exception):
+    """An error that takes two arguments and gives one to its base, so that it cannot be unpickled."""
+
+    def __init__(self, value, what):
+        super().__init__(f"{value} is {what}")
+
+
+def odd(value):
+    """Return a number that is even."""
+    if value % 2:
+        raise Odd(value, "odd")
+    return value

@@ -212,6 +212,19 @@ def test_near_freezing_a_stretch_must_last_until_particles_have_left_their_neigh
     assert not slow_structure(thin, 0.25)
 
 
+def test_a_crystal_is_not_told_how_far_its_particles_should_move():
+    """Disks of a crystal at 0.73 move by 0.25 mean spacings (1152 of them), and never by 2.5."""
+    for crystal in (
+        carom.Scene.crystal(lattice="triangular", cells=8, packing_fraction=0.73),
+        carom.Scene.crystal(lattice="fcc", cells=3, packing_fraction=0.55),
+    ):
+        square = (crystal.volume / crystal.n) ** (2.0 / crystal.dimension)
+        assert not slow_structure(crystal, 0.3**2 * square)
+        assert slow_structure(crystal, 0.6**2 * square)  # it melts
+        glass = crystal.replace(mass=np.where(np.arange(crystal.n) % 2, 1.0, 2.0))
+        assert slow_structure(glass, 0.3**2 * square)
+
+
 def test_the_unit_of_length_does_not_matter_near_freezing():
     small = SimpleNamespace(dimension=3, n=10, volume=10.0 * 2.0**-90, packing_fraction=0.48)
     assert slow_structure(small, 0.5 * 2.0**-60)

@@ -167,8 +167,16 @@ def test_the_pressure_of_a_mixture_needs_no_diameter():
     assert mixed.packing_fraction == 0.1
     for name in ("contact_value", "Z_from_rate"):
         assert math.isnan(getattr(mixed, name).mean)
-    with pytest.raises(InputError, match="give equation="):
+    with pytest.raises(InputError, match=r"mixture_finite_size_shift\(packing_fraction, fractions,"):
         mixed.infinite_size()
+    with pytest.raises(InputError, match=r"alone \(.*missing.*'fractions' and 'diameters'\)"):
+        mixed.infinite_size(theory.bmcsl)
+    # What is told to be typed.
+    species = [0.5, 0.5], [1.0, 0.5]
+    shift = theory.mixture_finite_size_shift(0.1, *species, 3, 10, theory.bmcsl)
+    found = mixed.infinite_size(lambda eta: theory.bmcsl(eta, *species))
+    # It leaves out that the number of each species is fixed, a part of the effect.
+    assert abs(found.mean - (mixed.Z.mean - shift)) < 0.1 * abs(shift)
     assert mixed.infinite_size(theory.carnahan_starling).mean != mixed.Z.mean
 
 

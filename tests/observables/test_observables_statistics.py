@@ -174,3 +174,9 @@ def test_scaling_an_estimate_scales_its_error():
 def test_an_error_bar_has_a_third_of_the_freedoms_of_its_blocks(blocks, n_eff, freedoms):
     """The variance of the variance is three times that of independent blocks: two of them for r."""
     assert Estimate(1.0, 0.1, n_eff, 1.0, blocks).degrees_of_freedom == freedoms
+
+
+def test_an_estimate_has_numbers_of_python():
+    found = Estimate(np.float64(1.5), np.float64(0.25), np.float64(3.0), np.float64(1.0), 8)
+    assert repr(found) == "Estimate(mean=1.5, error=0.25, n_eff=3.0, tau=1.0, blocks=8)"
+    assert type(float(found)) is float

@@ -45,18 +45,33 @@ def walls():
         return sim.measure(carom.WallPressure(), time=20.0, blocks=32)
 
 
+@pytest.fixture(scope="module")
+def changing():
+    """Results of a box whose volume changes, and of one whose shear oscillates."""
+    barostat, flow = carom.Barostat(1.0, interval=0.2, step=0.4), carom.models.Shear(0.5, period=1.0)
+    fluid = carom.Scene.random(6, 0.2, 2, seed=1)
+    with uncompiled(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", carom.CaromWarning)
+        sim = carom.Simulation(fluid, seed=1, barostat=barostat)
+        sheared = carom.Simulation(fluid.replace(motion=flow), seed=1)
+        return [
+            sim.measure(carom.Volume(), time=20.0, blocks=32),
+            sheared.measure(carom.observables.ShearModuli(), time=4.0, blocks=64),
+        ]
+
+
 KINDS = (
     "PressureResult", "PressureTensorResult", "EnergyResult", "RDFResult", "StructureFactorResult",
     "DynamicsResult", "BondOrderResult", "DensityProfileResult", "FreeFlightsResult",
-    "PressureProfileResult", "WallPressureResult",
+    "PressureProfileResult", "WallPressureResult", "VolumeResult", "ShearModuliResult",
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("k", range(len(KINDS)), ids=KINDS)
 class TestEveryResult:
     @pytest.fixture
-    def result(self, found, walls, k):
-        return (*found, walls)[k]
+    def result(self, found, walls, changing, k):
+        return (*found, walls, *changing)[k]
 
     def test_comes_back_from_files_as_it_was(self, result, k, tmp_path):
         assert type(result).__name__ == KINDS[k]
@@ -91,7 +106,11 @@ class TestEveryResult:
         if KINDS[k] == "EnergyResult":
             return
         (axes,) = result.plot().axes
-        if KINDS[k] in ("PressureResult", "WallPressureResult"):  # the band is that of the mean up to there
+        if KINDS[k] in (
+            "PressureResult",
+            "WallPressureResult",
+            "VolumeResult",
+        ):  # the band is that of the mean up to there
             assert len(strange_bars(axes, result)[1]) == (len(result.block_values) - 1) * (k == 0)
             return
         if KINDS[k] == "PressureProfileResult":
@@ -101,7 +120,7 @@ class TestEveryResult:
             assert axes.get_xticklabels()[0].get_text() == "xx"
         count, strange = strange_bars(axes, result)
         assert not strange
-        assert count >= 3
+        assert count >= (2 if KINDS[k] == "ShearModuliResult" else 3)
 
     def test_draws_itself(self, result, k, tmp_path):
         if KINDS[k] == "EnergyResult":

@@ -30,7 +30,7 @@ pictures = true
 
 NAMES, DIAMETERS = ("a", "b", "c"), (1.0, 0.8, 0.6)
 
-KINDS = "".join(f'species."{{}}" = {{{{ fraction = 1, diameter = {s} }}}}\n' for s in (1, 1, 0.8, 0.6))
+KINDS = "".join(f'species."{{}}" = {{{{ fraction = 0.25, diameter = {s} }}}}\n' for s in (1, 1, 0.8, 0.6))
 
 #: The empty species stands first, in the middle, last, and all but one are empty.
 COUNTS = [(0, 18, 12), (18, 0, 12), (18, 12, 0), (30, 0, 0), (0, 0, 30)]

@@ -25,6 +25,7 @@ from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts, counts_of
 from carom.scene.storage import from_arrays, to_arrays
+from carom.scene_file.sections import SceneSpec
 
 EPS = np.finfo(float).eps
 
@@ -199,13 +200,27 @@ def test_a_crowd_of_small_spheres_is_refused_quickly():
         Scene(np.full((200_000, 3), 1.5), 100.0, diameter=diameters)
 
 
-def test_counts_follow_ratios_and_lose_nobody():
-    assert counts_of([1, 3], 100) == (25, 75)
-    assert counts_of([1, 1, 1], 10) == (4, 3, 3)
-    assert counts_of([0, 2.5], 7) == (0, 7)
+@pytest.mark.parametrize("fractions", [(0.5, 0.3), (1, 3), (0.5, 0.5, 0.5), (0.99, 0.0)])
+def test_fractions_that_do_not_add_up_to_one_are_refused(fractions):
+    """They leave particles without a species, or are numbers of something else."""
+    species = [Species(fraction=part) for part in fractions]
+    for make in (
+        lambda: Scene.random(100, 0.1, species=species),
+        lambda: Scene.crystal(n=32, lattice="fcc", density=0.1, species=species),
+        lambda: SceneSpec(n=100, species=species),
+    ):
+        with pytest.raises(InputError, match=f"add up to {sum(fractions):g}, and all particles are 1"):
+            make()
+    assert Scene.random(99, 0.1, species=[Species(fraction=0.333)] * 3).n == 99
+
+
+def test_counts_follow_fractions_and_lose_nobody():
+    assert counts_of([0.25, 0.75], 100) == (25, 75)
+    assert counts_of([0.333, 0.333, 0.333], 10) == (4, 3, 3)
+    assert counts_of([0, 1], 7) == (0, 7)
     rng = np.random.default_rng(1)
     for _ in range(50):
-        shares, n = rng.random(5), int(rng.integers(1, 1000))
+        shares, n = rng.dirichlet(np.ones(5)), int(rng.integers(1, 1000))
         counts = np.array(counts_of(shares, n))
         assert counts.sum() == n
         lost = np.modf(n * shares / shares.sum())[0]
@@ -269,7 +284,7 @@ def test_species_that_touch_from_afar_are_placed_by_their_matrix():
 
 def test_a_lattice_is_filled_in_random_order():
     scene = Scene.crystal(
-        species=[Species(fraction=1), Species(fraction=1, diameter=0.9)],
+        species=[Species(fraction=0.5), Species(fraction=0.5, diameter=0.9)],
         lattice="fcc",
         cells=3,
         packing_fraction=0.5,

@@ -69,7 +69,7 @@ def test_every_keyword_of_a_scene_goes_with_every_start():
 
 
 def test_species_are_a_list_of_species():
-    large, small = carom.Species("large", fraction=1), carom.Species("small", fraction=3, diameter=0.5)
+    large, small = carom.Species("large", fraction=0.25), carom.Species("small", fraction=0.75, diameter=0.5)
     for scene in (
         carom.Scene.random(32, 0.2, species=[large, small]),
         carom.Scene.crystal(32, 0.2, species=[large, small]),

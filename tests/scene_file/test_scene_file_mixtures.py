@@ -23,8 +23,8 @@ box = [9.0, 8]
 walls = "y"
 impact = { restitution = 0.9, elastic_below = 0.01 }
 contact = [[1.0, 0.7], [0.7, 0.5]]
-species.large = { fraction = 1, diameter = 1.0, mass = 8.0 }
-species.small = { fraction = 3, diameter = 0.5 }
+species.large = { fraction = 0.25, diameter = 1.0, mass = 8.0 }
+species.small = { fraction = 0.75, diameter = 0.5 }
 
 [scene.obstacles.pillar]
 type = "ball"
@@ -60,8 +60,8 @@ def test_a_scene_file_says_what_python_says():
         impact=Restitution(0.9, elastic_below=0.01),
         contact=((1.0, 0.7), (0.7, 0.5)),
         species=(
-            Species("large", fraction=1, mass=8.0),
-            {"name": "small", "fraction": 3, "diameter": 0.5},
+            Species("large", fraction=0.25, mass=8.0),
+            {"name": "small", "fraction": 0.75, "diameter": 0.5},
         ),
         obstacles=(Ball((4.5, 4.0), 1.5, "pillar"), Plane((0, 2), 1)),
     )
@@ -76,7 +76,7 @@ def test_a_scene_file_says_what_python_says():
         "[scene]\nlattice = 'fcc'\npacking_fraction = 0.3\n"
         "species = {a = {count = 30}, 'b c' = {count = 2, mass = 3}}",
         "[scene]\nlattice = 'cubic'\ncells = 3\ndensity = 0.3\n"
-        "species = {a = {fraction = 1}, b = {fraction = 2}}",
+        "species = {a = {fraction = 0.25}, b = {fraction = 0.75}}",
         "[scene]\nn = 5\nimpact = 0.5",
         "[scene]\nn = 5\npacking_fraction = 0.1\n"
         "walls.z_low = { impact = 0.8, shake = { amplitude = 0.1, period = 1 } }",
@@ -90,7 +90,7 @@ def test_a_plan_comes_back_from_its_own_toml(text):
 
 
 def test_species_and_obstacles_without_names_of_their_own_come_back_as_they_were():
-    bare = (Species(fraction=1.0), Species("1-", fraction=2.0, diameter=0.5), Species(fraction=1.0))
+    bare = (Species(fraction=0.25), Species("1-", fraction=0.5, diameter=0.5), Species(fraction=0.25))
     twice = (Ball((1.0, 1.0), 0.3), Ball((4.0, 4.0), 0.4), Ball((6.0, 1.0), 0.4, "a.b"))
     plan = SceneFile(SceneSpec(n=20, box=(8.0, 8.0), species=bare, obstacles=twice))
     text = plan.to_toml()
@@ -120,7 +120,7 @@ def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
     assert built.impact == Restitution(0.8)
 
 
-SPECIES = "species = {a = {fraction = 1}, b = {fraction = 2}}"
+SPECIES = "species = {a = {fraction = 0.25}, b = {fraction = 0.75}}"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,8 @@ SPECIES = "species = {a = {fraction = 1}, b = {fraction = 2}}"
         ("species.a = {count = -1}", "count of species a must be at least 0"),
         ("species.a = {fraction = 1, diameter = 0}", "diameter of species a must be positive"),
         ('species."" = {fraction = 1}', "must have a name"),
-        ("species = {b = {fraction = 1, name = 'a'}, a = {fraction = 1}}", "different names"),
+        ("species = {a = {fraction = 0.5}, b = {fraction = 0.4}}", "add up to 0.9, and all particles are 1"),
+        ("species = {b = {fraction = 0.5, name = 'a'}, a = {fraction = 0.5}}", "different names"),
         (SPECIES + "\ndiameter = 1.0", "diameter has no meaning"),
         (SPECIES + "\ncontact = [1.0]", "list of lists"),
         (SPECIES + "\ncontact = [[1.0, -1.0], [1.0, 1.0]]", "contact must be positive"),

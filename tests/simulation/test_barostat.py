@@ -224,6 +224,19 @@ def test_equilibration_tunes_a_step_that_is_not_given_and_it_is_held_from_then_o
     assert given._state.volume_moves.step == 0.1
 
 
+def test_a_state_saved_while_the_step_is_tuned_holds_it_until_it_is_tuned_again(plain, tmp_path):
+    file = tmp_path / "state.h5"
+    sim = carom.Simulation(rods(8, 12.0), barostat=carom.Barostat(4.0, interval=0.25), seed=1)
+    sim.equilibrate(collisions_per_particle=50, progress=lambda part: part < 0.5 and sim.save(file))
+    again = carom.Simulation.load(file)
+    held = again._state.volume_moves.step
+    assert 0.0 < held != sim._state.volume_moves.step
+    again.run(time=20.0)
+    assert again._state.volume_moves.step == held
+    again.equilibrate(collisions_per_particle=20)
+    assert again._state.volume_moves.step != held
+
+
 def test_particles_at_rest_have_no_temperature_for_a_barostat(plain):
     sim = at_pressure(mixture().replace(velocities=np.zeros((8, 2))))
     with pytest.raises(InputError, match="needs a temperature"):

@@ -219,3 +219,12 @@ def test_there_is_no_drift_of_a_momentum_that_is_not_conserved(monkeypatch):
     falling = carom.Simulation(scene.replace(motion=Gravity((0.0, 0.0, -20.0))))
     assert np.isnan(falling.statistics.momentum_drift)
     assert carom.Simulation(scene).statistics.momentum_drift == 0.0
+
+
+@pytest.mark.parametrize("changed", [{"walls": True}, {"drive": carom.models.Andersen(1.0, 1.0)}])
+def test_a_drift_that_is_none_is_left_out(plain, changed):
+    sim = carom.Simulation(carom.Scene.random(4, 0.1, 2, seed=1, **changed), seed=1)
+    sim.run(time=0.1)
+    assert "nan" not in f"{sim.statistics} {sim.statistics._repr_html_()}"
+    assert "momentum drift" not in str(sim.statistics)
+    assert ("energy drift" in str(sim.statistics)) == ("walls" in changed)

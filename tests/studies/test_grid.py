@@ -35,7 +35,7 @@ def test_a_study_takes_from_the_scene_what_its_section_leaves_out(scene, own, n,
 
 def test_the_counts_of_a_scene_are_the_fractions_of_a_study():
     spec = StudySpec.from_toml(f"[scene]\npacking_fraction = 0.2\n{MIXED}")
-    assert [each["fraction"] for each in spec.scene["species"]] == [30.0, 10.0]
+    assert [each["fraction"] for each in spec.scene["species"]] == [0.75, 0.25]
     assert [each["name"] for each in spec.scene["species"]] == ["a", "b"]
 
 

@@ -67,7 +67,7 @@ def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
     assert OF_CRYSTAL * shift < residual(crystal, 500)
 
 
-@pytest.mark.parametrize("fractions", [(1.0, 1.0, 1.0), (0.05, 0.35, 0.6), (0.3, 0.7)])
+@pytest.mark.parametrize("fractions", [(1 / 3, 1 / 3, 1 / 3), (0.05, 0.35, 0.6), (0.3, 0.7)])
 def test_a_plan_counts_the_species_of_a_mixture_as_its_scene_does(fractions):
     mixed = [{"fraction": part, "diameter": 1.0 + k} for k, part in enumerate(fractions)]
     species = [Species(**each) for each in mixed]
@@ -153,7 +153,10 @@ def test_wells_take_from_the_pressure_what_their_second_virial_coefficient_says(
 
 
 def test_a_mixture_has_the_mean_mass_and_the_density_of_its_species():
-    mixed = [{"fraction": 3.0, "mass": 2.0, "diameter": 1.0}, {"fraction": 1.0, "mass": 6.0, "diameter": 2.0}]
+    mixed = [
+        {"fraction": 0.75, "mass": 2.0, "diameter": 1.0},
+        {"fraction": 0.25, "mass": 6.0, "diameter": 2.0},
+    ]
     system = System(0.2, scene={"species": mixed})
     assert system.mean_mass == pytest.approx(3.0)
     assert system.density == pytest.approx(0.2 / (math.pi / 6.0 * (0.75 + 0.25 * 8.0)))

@@ -397,7 +397,7 @@ def test_fractions_that_do_not_sum_to_one_are_refused(wrong):
         lambda: theory.santos_yuste_lopez_de_haro(0.3, wrong, [0.25, 0.75], 4),
         lambda: theory.mixture_second_virial(wrong, [0.25, 0.75], 3),
     ):
-        with pytest.raises(InputError, match=r"sum to .* exchange the arguments"):
+        with pytest.raises(InputError, match=r"add up to .* exchange the arguments"):
             equation()
     # Rounded to three digits they are what was meant.
     assert theory.bmcsl(0.3, [0.333, 0.333, 0.333], [1.0, 0.5, 0.7]) == theory.bmcsl(

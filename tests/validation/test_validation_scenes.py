@@ -57,7 +57,7 @@ def check_mixture(scene, collisions, expected, accuracy, error=0.0):
 
 def disks(n, eta, ratio=1.4):
     scene = mixture(
-        fractions=[1, 1],
+        fractions=[0.5, 0.5],
         diameters=[ratio, 1.0],
         masses=[2.0, 0.5],
         n=n,

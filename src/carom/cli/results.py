@@ -318,8 +318,11 @@ def _mechanics(result: RunResult, verbose: bool) -> Table:
     ]
     timing = result.timing if verbose else {}
     engine = [
-        ("energy drift", "-" if summary["energy_drift"] is None else f"{summary['energy_drift']:.1e}"),
-        ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
+        *(
+            (name.replace("_", " "), f"{summary[name]:.1e}")
+            for name in ("energy_drift", "momentum_drift")
+            if summary[name] is not None
+        ),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
         ("advancements", f"{100.0 * summary['advancement_fraction']:.1f} % of all events"),
     ]

@@ -182,10 +182,8 @@ def describe(study: Study[Any], out: Path) -> None:
 def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
     """Write the table of a study and its pictures to a folder."""
     for name, save in study.files().items():
-        # Without results there is nothing to draw, unless they are known without a task.
-        if name.endswith(".png") and not (pictures and (study.records or not study.tasks)):
-            continue
-        save(out / name)
+        if pictures or not name.endswith(".png"):
+            save(out / name)
     if report:
         study.report(out / "report.html")
 

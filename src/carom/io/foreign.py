@@ -21,7 +21,7 @@ from carom.io.formats import Reader
 from carom.io.validation import narrowed
 from carom.paths import reason
 from carom.scene.species import MOST_SPECIES
-from carom.texts import counted, typed
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.io.foreign_source import RawFrame, Source

@@ -256,7 +256,6 @@ class Dynamics(OfFrames):
         structure = arrays([blocking(column) for column in np.transpose(later)])
         square_now = _mean(np.array(now) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
-        scattered, errors = (np.array(part) for part in zip(*scattering, strict=True))
         return DynamicsResult(
             d,
             np.array([lag * self._every for lag, _, _ in rows]),

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.observables.drift import LEVEL, PARTS, drift, relaxation
+from carom.observables.drift import LEVEL, PARTS, STUCK, drift, relaxation
 from carom.observables.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, too_few, unwarned
-from carom.theory import FREEZING, NEAR_FREEZING
+from carom.scene.fields import is_simple
+from carom.theory import FREEZING, MELTING, NEAR_FREEZING
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -154,7 +155,7 @@ def slow_structure(scene: Scene, square: float) -> list[str]:
         return []
     moved = math.sqrt(square) / (scene.volume / scene.n) ** (1.0 / scene.dimension)
     needed = RENEWED.get(scene.dimension, RENEWED_OTHERWISE)
-    if not CAGED < moved < needed:
+    if moved >= needed or caged(scene, moved):
         return []
     return [
         f"The particles moved by {moved:.2g} mean spacings during the stretch. Near freezing (packing "
@@ -162,6 +163,16 @@ def slow_structure(scene: Scene, square: float) -> list[str]:
         f"nothing that is slower than the stretch. Run {(needed / moved) ** 2:.2g} times as long, for "
         f"{needed:g} mean spacings."
     ]
+
+
+def caged(scene: Scene, moved: float) -> bool:
+    """Tell whether particles that ``moved`` so far [mean spacing] sit in the cages of a crystal or a glass.
+
+    The stable phase of equal particles beyond melting is a crystal. In the plane its particles move the
+    further, the more there are, as the logarithm of their number.
+    """
+    frozen = scene.packing_fraction >= MELTING.get(scene.dimension, math.inf) and is_simple(scene)
+    return moved <= (STUCK if frozen else CAGED)
 
 
 def _temperatures(

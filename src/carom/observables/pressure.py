@@ -298,7 +298,7 @@ class PressureResult(OneNumber):
         ------
         InputError
             If no equation of state is given, and the particles are not ``simple``, or are disks between
-            freezing and melting, where two phases coexist.
+            freezing and melting, where two phases coexist. If it is no function of the packing fraction.
 
         Warns
         -----
@@ -308,9 +308,13 @@ class PressureResult(OneNumber):
         eta, n, d = self.packing_fraction, self.n, self.dimension
         if equation is None and not self.simple:
             raise InputError(
-                "The correction to infinite size needs an equation of state of this system, which is no "
-                "fluid of equal elastic spheres; give equation=."
+                "The correction to infinite size is known of equal elastic spheres alone: give equation=, a "
+                "function of the packing fraction; for a mixture, subtract carom.theory."
+                "mixture_finite_size_shift(packing_fraction, fractions, diameters, dimension, n, "
+                "carom.theory.bmcsl) of its species."
             )
+        if equation is not None:
+            _try(equation, eta)
         if equation is None and d == 2 and theory.FREEZING[2] <= round(eta, 9) < theory.MELTING[2]:
             raise InputError(
                 f"At packing fraction {eta:.4g} fluid and solid are there side by side, whose correction to "
@@ -361,6 +365,17 @@ def without_pressure(scene: Scene) -> str | None:
             "carom.PressureProfile()."
         )
     return None
+
+
+def _try(equation: theory.Equation, packing_fraction: float) -> None:
+    """Raise InputError if an equation of state is no function of the packing fraction alone."""
+    try:
+        float(equation(packing_fraction))
+    except TypeError as error:
+        raise InputError(
+            f"equation must give Z as a function of the packing fraction alone ({error}); give what else it "
+            "needs, as in lambda eta: carom.theory.bmcsl(eta, fractions, diameters)."
+        ) from None
 
 
 def finite_size_correction(

@@ -63,6 +63,10 @@ class Estimate:
     tau: float
     blocks: int
 
+    def __post_init__(self) -> None:
+        for name in ("mean", "error", "n_eff", "tau"):  # numbers of NumPy print with their type
+            object.__setattr__(self, name, float(getattr(self, name)))
+
     def __float__(self) -> float:
         """Return the mean."""
         return self.mean

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
         FreeFlightsResult,
         PressureProfileResult,
         PressureTensorResult,
+        ShearModuliResult,
         StructureFactorResult,
+        VolumeResult,
         WallPressureResult,
     )
     from carom.observables.statistics import Estimate
@@ -83,6 +85,21 @@ def _energy(axes: Axes, result: EnergyResult) -> None:
 def _wall_pressure(axes: Axes, result: WallPressureResult) -> None:
     _course(axes, result.block_durations, result.block_values, result.pressure)
     axes.set_ylabel("pressure P")
+
+
+def _volume(axes: Axes, result: VolumeResult) -> None:
+    _course(axes, result.block_durations, result.block_values, result.volume)
+    axes.set_ylabel("volume V")
+
+
+def _shear_moduli(axes: Axes, result: ShearModuliResult) -> None:
+    parts = (result.storage, result.loss)
+    for k, each in enumerate(parts):
+        error = each.error if np.isfinite(each.error) else 0.0
+        axes.errorbar([k], [each.mean], [error], fmt="o", color=COLORS[k], capsize=3)
+    axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
+    axes.set_xticks(range(len(parts)), ["storage $G'$", "loss $G''$"])
+    axes.set(xlabel=f"frequency {result.frequency:.4g}, strain {result.strain:.4g}", ylabel="shear modulus")
 
 
 def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
@@ -206,6 +223,8 @@ _PICTURES: dict[str, Any] = {
     "FreeFlightsResult": _free_flights,
     "PressureProfileResult": _pressure_profile,
     "PressureTensorResult": _pressure_tensor,
+    "ShearModuliResult": _shear_moduli,
     "StructureFactorResult": _structure_factor,
+    "VolumeResult": _volume,
     "WallPressureResult": _wall_pressure,
 }

@@ -27,8 +27,8 @@ class Species:
     name : str, optional
         Name of the species, for files and tables; by default its number.
     fraction : float, optional
-        Part of the n spheres that it has, in any ratio to the parts of the others. All species have a
-        fraction, or all have a count.
+        Part of the n spheres that it has. All species have a fraction, which add up to 1, or all have a
+        count.
     count : int, optional
         Number of its spheres.
     diameter, mass : float
@@ -172,14 +172,11 @@ def contact_matrix(given: Any, species: np.ndarray | None, diameters: np.ndarray
 
 
 def counts_of(fractions: Any, n: int) -> tuple[int, ...]:
-    """Return how many of n components each species gets, in the ratio of ``fractions``.
+    """Return how many of n components each species gets, by ``fractions`` that add up to 1.
 
     The numbers are rounded down, and those that lost most by it get one more.
     """
-    shares = checks.array(fractions, "fractions", "(K,)", ndim=1)
-    if not shares.size or shares.min() < 0 or not 0 < shares.sum() <= checks.MAGNITUDE:
-        raise InputError("fractions must be numbers at least zero, not all of them zero.")
-    exact = shares / shares.sum() * n
+    exact = checks.shares(fractions) * n
     result = np.floor(exact).astype(np.int64)
     lost = np.argsort(result - exact, kind="stable")
     result[lost[: n - result.sum()]] += 1

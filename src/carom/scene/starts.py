@@ -101,8 +101,8 @@ def random(
     >>> from carom import Scene, Species
     >>> Scene.random(1000, 0.4).n
     1000
-    >>> small = Species("small", fraction=3, diameter=0.5)
-    >>> Scene.random(100, species=[Species("large", fraction=1), small])
+    >>> small = Species("small", fraction=0.75, diameter=0.5)
+    >>> Scene.random(100, species=[Species("large", fraction=0.25), small])
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
     refuse_unknown("Scene.random", keywords, signature(random).parameters)

@@ -272,6 +272,10 @@ class SceneSpec(Spec):
             raise InputError("[scene] species need a count for each, or a fraction for each.")
         if counts[0] and self.n is not None:
             raise InputError("[scene] n has no meaning with the counts of species; remove it.")
+        if fractions[0]:
+            from carom import checks
+
+            checks.shares([each.fraction for each in self.species])
         names = [each.name or str(k) for k, each in enumerate(self.species)]
         if len({*names}) < len(names):
             raise InputError("[scene] species must have different names.")

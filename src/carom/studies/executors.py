@@ -7,6 +7,7 @@ runs.
 from __future__ import annotations
 
 import contextlib
+import functools
 import multiprocessing
 import os
 import signal
@@ -39,6 +40,10 @@ PATIENCE = 10.0
 
 class Stopped(Exception):
     """A task ended because it was told to stop."""
+
+
+class Failed(Exception):
+    """A task failed, and why, in a clause; every process can read it, unlike the error itself."""
 
 
 def _nothing(*_: object) -> None:
@@ -285,6 +290,7 @@ def run(
     stop, enough : callable
         Asked from time to time; true ends the tasks, with or without having reached what is wanted.
     """
+    guarded = functools.partial(_guarded, function)
     waiting = deque((value, 1) for value in values)
     running: dict[Future[Any], tuple[Any, int]] = {}
     while waiting or running:
@@ -295,7 +301,7 @@ def run(
         while waiting and (place.capacity is None or len(running) < place.capacity):
             value, attempt = waiting.popleft()
             try:
-                running[place.submit(function, value)] = value, attempt
+                running[place.submit(guarded, value)] = value, attempt
             except BrokenExecutor as error:  # an Executor of the caller
                 failed(value, reason(error))
         ended, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
@@ -315,6 +321,16 @@ def run(
     return True
 
 
+def _guarded(function: Callable[[Any], Any], value: Any) -> Any:
+    """Return the result of a task; whatever it raises, also by ``sys.exit``, ends that task alone."""
+    try:
+        return function(value)
+    except (Stopped, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise Failed(reason(error)) from error
+
+
 def _died(error: BaseException) -> bool:
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "ProcessExpired"
 
@@ -324,4 +340,4 @@ def reason(error: BaseException) -> str:
     if _died(error):
         return "its worker was killed, or ran out of memory"
     text = (str(error).strip() or "no message").splitlines()[0].rstrip(".")
-    return text if isinstance(error, CaromError) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, CaromError | Failed) else f"{type(error).__name__}: {text}"

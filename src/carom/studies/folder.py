@@ -12,12 +12,15 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.random import SeedSequence
 
+from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import records
 from carom.paths import remnants, write_text, writing
@@ -40,6 +43,34 @@ WRITTEN = (SETTINGS, "study.toml", "report.html", "plan.json", "outcome.json")
 """Files that commands write into the folder of any study."""
 
 _RESULT = re.compile(r"[0-9a-f]{20}\.(json|h5)")
+
+
+def json_of(value: Any, name: str) -> Any:
+    """Return a value as a file gives it back: numbers of NumPy as those of Python, and lists for tuples.
+
+    Raises
+    ------
+    InputError
+        If no file can hold it; ``name`` is what to call it.
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if type(value) in (int, float) and abs(value) <= sys.float_info.max:
+        return value
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise InputError(f"{name} has the key {key!r}, and keys in a file are texts; give a text.")
+        return {str(key): json_of(each, f"{name}[{key!r}]") for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_of(each, f"{name}[{k}]") for k, each in enumerate(value)]
+    try:
+        return json.loads(canonical(value))
+    except (TypeError, ValueError):  # also of an integer with more digits than Python reads
+        raise InputError(
+            f"{name} is {checks.describe(value)}, and a file holds finite numbers, texts, True, False, None, "
+            "lists and dictionaries; give one of these."
+        ) from None
 
 
 def canonical(value: Any) -> str:

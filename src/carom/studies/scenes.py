@@ -103,11 +103,23 @@ def words_of_task(scene: SceneSpec, kT: float) -> dict[str, Any]:
 
 def with_fractions(scene: SceneSpec) -> tuple[Species, ...]:
     """Return the species of a scene, each with a fraction: a study says how many particles there are."""
-    counted = scene.counted
-    return tuple(
-        replace(each, count=None, fraction=float(each.count or 0)) if counted else each
-        for each in scene.species
-    )
+    if not scene.counted:
+        return scene.species
+    total = sum(each.count for each in scene.species)
+    return tuple(replace(each, count=None, fraction=each.count / total) for each in scene.species)
+
+
+def refuse_long_boxes(scene: SceneSpec) -> None:
+    """Raise InputError for a box with edges of its own: runs of a study are made in boxes near a cube."""
+    name, edges, usual = "box", scene.box or (), (scene.box or ())[:1] * len(scene.box or ())
+    if isinstance(scene.cells, tuple):
+        name, edges = "cells", scene.cells
+        usual = lattices.cells_along(lattices.named(scene.lattice, scene.dimension), scene.cells[0])
+    if edges != usual:
+        raise InputError(
+            f"[scene] {name} makes a box with edges of its own, and a study makes boxes that are cubes, or "
+            "nearly so on a lattice; give n and packing_fraction instead, or use carom run."
+        )
 
 
 def point_of(scene: SceneSpec, given: Container[str]) -> dict[str, Any]:
@@ -115,6 +127,7 @@ def point_of(scene: SceneSpec, given: Container[str]) -> dict[str, Any]:
 
     The scene is not from a file. Keys that are not ``given`` have defaults, and are for the study to say.
     """
+    refuse_long_boxes(scene)
     found: dict[str, Any] = {}
     if scene.lattice is not None:
         found = {"lattice": scene.lattice}

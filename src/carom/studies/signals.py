@@ -46,13 +46,17 @@ class Stop:
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[Stop]:
-    """Receive Ctrl-C and SIGTERM in the body of a ``with``; only the main thread can."""
+    """Receive Ctrl-C and SIGTERM in the body of a ``with``; only the main thread can.
+
+    What the process ignores stays ignored: a shell so starts ``carom run ... &`` of a script.
+    """
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
-    for number in _SIGNALS:
+    handlers = {number: signal.getsignal(number) for number in _SIGNALS}
+    before = {number: handler for number, handler in handlers.items() if handler is not signal.SIG_IGN}
+    for number in before:
         signal.signal(number, stop._receive)
     try:
         yield stop

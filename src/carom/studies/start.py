@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom import densities, theory
+from carom.declared import fields_of
 from carom.errors import InputError
 from carom.scene import lattices, placement
 from carom.scene.scene import Scene
@@ -14,6 +15,9 @@ from carom.simulation.moves.growth import grown
 LOOSE, LONG = 0.8, 20.0
 """Fraction of the freezing density at which crystals melt for a start near freezing, before the spheres grow
 to the requested one; and collisions per component that this takes."""
+
+OF_SPHERES = ("n", "packing_fraction", "dimension", "diameter", "mass")
+"""Keys of the scenes that may start as a crystal, which is made with these alone."""
 
 ROOM = 0.9
 """Largest packing fraction of the full lattice over its densest one: beyond it there is no room to melt."""
@@ -74,10 +78,8 @@ def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     That is the requested one where it is low enough. None: the scene cannot start as a crystal.
     """
     d = asked.dimension or 3
-    given = (asked.species, asked.obstacles, asked.walls, asked.box, asked.density)
-    if asked.start != "random" or any(value not in (None, ()) for value in given) or d < 3:
-        return None
-    if any(value is not None for value in (asked.interaction, asked.motion, asked.impact)):
+    others = fields_of(SceneSpec).keys() - {*OF_SPHERES}
+    if d < 3 or any(getattr(asked, name) not in (None, ()) for name in others):
         return None
     assert asked.n is not None
     assert asked.packing_fraction is not None

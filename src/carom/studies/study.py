@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 
+from carom import checks
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
 from carom.notebook import watchable
@@ -33,7 +34,7 @@ from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
 from carom.studies.executors import Stopped
-from carom.studies.folder import Folder, Record, Task, key, sealed, unsealed
+from carom.studies.folder import Folder, Record, Task, json_of, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
 from carom.table import Table
 from carom.texts import label
@@ -203,14 +204,21 @@ class Study(Result, Generic[S]):
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the files of the folder besides the page, by name; pictures end with .png."""
-        return {f"{self.name}{suffix}": self.save for suffix in (".csv", ".png")}
+        return {f"{self.name}.csv": self.save, f"{self.name}.png": self._draw}
+
+    def _draw(self, path: Path) -> None:
+        """Save the picture, if there is anything to draw."""
+        from carom.pictures import paper
+
+        if (figure := self.picture()) is not None:
+            paper.saved(figure, path)
 
     # What all studies can do.
 
     @functools.cached_property
     def tasks(self) -> list[Task]:
         """All tasks, finished or not."""
-        return self.spec.tasks()
+        return [json_of(task, "task") for task in self.spec.tasks()]
 
     @property
     def command(self) -> str:
@@ -370,9 +378,10 @@ class Study(Result, Generic[S]):
         session.warn()
         return dataclasses.replace(session.so_far(), engine=name, seconds=clock.perf_counter() - began)
 
-    def _with(self, known: dict[str, Record], failures: list[Failure]) -> Self:
+    def _with(self, known: dict[str, Record], failures: Sequence[Failure]) -> Self:
         found = tuple(known[key(task)] for task in self.tasks if key(task) in known)
-        study = dataclasses.replace(self, records=found, failures=tuple(failures))
+        lost = tuple(sorted(failures, key=lambda failure: self.tasks.index(failure.task)))
+        study = dataclasses.replace(self, records=found, failures=lost)
         if study.needed < len(found):  # results that came too late, and depend on the number of workers
             study = dataclasses.replace(study, records=found[: study.needed])
         return dataclasses.replace(study, failures=()) if study.complete else study
@@ -437,7 +446,10 @@ def perform(
     # The table reports what single runs warn of. Filters belong to the process, and to its main thread.
     main = threading.current_thread() is threading.main_thread()
     with unwarned() if main else contextlib.nullcontext():
-        result = measure(task, Look(stop, kept and Folder(kept).kept(task)))
+        found = measure(task, Look(stop, kept and Folder(kept).kept(task)))
+    if not isinstance(found, Mapping):
+        raise InputError(f"measure must return a dictionary, found {checks.describe(found)}")
+    result = json_of(found, "result")
     timings = result.pop("timings", {})
     return {
         "task": task,

@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from carom import checks
 from carom.arithmetic import dot, power
 from carom.errors import InputError
 from carom.theory.arithmetic import Equation, checked
 from carom.theory.choice import best
 from carom.theory.contact import ball_volume, contact_value
 from carom.theory.fluid import henderson
-
-ROUNDED = 5e-3
-"""Largest rounding error of a fraction that is accepted."""
 
 
 def bmcsl(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> Any:
@@ -216,14 +214,8 @@ def _species(fractions: ArrayLike, diameters: ArrayLike) -> tuple[np.ndarray, np
             f"fractions and diameters have shapes {x.shape} and {sigma.shape}; "
             "a mixture needs one of each for every species."
         )
-    if not (np.isfinite(x).all() and (x >= 0.0).all() and x.sum() > 0.0):
-        raise InputError("fractions must be numbers of at least zero, not all of them zero.")
-    # Rounded fractions, such as 0.333, do not sum to 1 exactly.
-    if abs(x.sum() - 1.0) > ROUNDED * x.size:
-        raise InputError(
-            f"fractions sum to {x.sum():.6g}; parts of the particles sum to 1. If these are numbers of "
-            "particles, divide them by their sum; if they are diameters, exchange the arguments."
-        )
+    advice = "divide numbers of particles by their sum; if these are diameters, exchange the arguments"
+    x = checks.shares(x, advice)
     if not (np.isfinite(sigma).all() and (sigma > 0.0).all()):
         raise InputError("diameters must be positive numbers.")
-    return x / x.sum(), sigma
+    return x, sigma

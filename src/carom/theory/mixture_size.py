@@ -58,7 +58,7 @@ def mixture_finite_size_shift(
     x, sigma = np.asarray(fractions, np.float64), np.asarray(diameters, np.float64)
     if x.shape != sigma.shape or x.ndim != 1 or not (x > 0.0).all():
         raise InputError(f"Fractions {x} and diameters {sigma}: expected one positive fraction a species.")
-    x = x / x.sum()
+    x = checks.shares(x)
     volumes = sigma**dimension / float(x @ sigma**dimension)  # of a particle, in units of their mean
     nodes, weights = np.polynomial.legendre.leggauss(ORDER)
     at, weights = 0.5 * (nodes + 1.0), 0.5 * weights

@@ -194,9 +194,10 @@ def load(
         restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
         run_state.sweeps = sweeps
         run_state.oscillation = oscillation_of(scene, stage)
-        run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
-        if run_state.volume_moves and run_state.volume_moves.step > 1.0:
-            raise ValueError("the step of its barostat is above 1")
+        if moves := _moves_of(attributes, "volume_moves", VolumeMoves, Barostat):
+            if moves.step > 1.0:
+                raise ValueError("the step of its barostat is above 1")
+            run_state.volume_moves = moves._replace(tunes=0)  # of a state saved in an equilibration, too
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         epoch, offset = (
             soundness.whole(attributes, "epoch", 0, LAST_EPOCH),

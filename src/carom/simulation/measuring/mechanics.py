@@ -99,6 +99,7 @@ class Statistics:
 
     def _rows(self) -> list[tuple[str, str]]:
         tried, moves = self.swaps_tried, self.volume_moves_tried
+        drifts = {"energy drift": self.energy_drift, "momentum drift": self.momentum_drift}
         return [
             ("collisions", str(self.collisions)),
             ("per second", f"{self.collisions_per_second:.3g}"),
@@ -110,8 +111,7 @@ class Statistics:
             ("third party first", str(self.third_party_first)),
             ("clamped roots", str(self.clamped_roots)),
             ("worst overlap", f"{self.worst_overlap:.1e} diameters"),
-            ("energy drift", f"{self.energy_drift:.1e}"),
-            ("momentum drift", f"{self.momentum_drift:.1e}"),
+            *((name, f"{drift:.1e}") for name, drift in drifts.items() if math.isfinite(drift)),
             *([("swaps accepted", f"{self.swaps_accepted} of {tried}")] if tried else []),
             *([("volume moves", f"{self.volume_moves_accepted} of {moves}")] if moves else []),
         ]

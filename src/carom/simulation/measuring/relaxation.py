@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.observables.drift import STUCK
-from carom.observables.equilibrium import CAGED, RENEWED, RENEWED_OTHERWISE, slow_structure
+from carom.observables.equilibrium import RENEWED, RENEWED_OTHERWISE, caged, slow_structure
 from carom.scene.fields import is_usual
 from carom.theory import FREEZING, NEAR_FREEZING
 
@@ -47,8 +47,8 @@ class StructuralRelaxation:
             return 0.0, 0.0
         moved = math.sqrt(self._square()) / (scene.volume / scene.n) ** (1.0 / scene.dimension)
         if scene.packing_fraction >= NEAR_FREEZING * freezing:
-            caged = scene.packing_fraction >= freezing and moved <= CAGED
-            return moved, 0.0 if caged else RENEWED.get(scene.dimension, RENEWED_OTHERWISE)
+            held = scene.packing_fraction >= freezing and caged(scene, moved)
+            return moved, 0.0 if held else RENEWED.get(scene.dimension, RENEWED_OTHERWISE)
         hard = all(is_usual(scene, kind) for kind in ("interaction", "motion", "impact"))
         alone = hard and all(scene.periodic) and not scene.obstacles and scene.pinned is None
         return moved, STUCK if alone else 0.0

@@ -13,7 +13,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 @contextlib.contextmanager
 def signals_held() -> Iterator[None]:
     """Note signals that come while the body runs, and raise them afterwards."""
-    handlers = {number: signal.getsignal(number) for number in SIGNALS}
+    found = {number: signal.getsignal(number) for number in SIGNALS}
+    handlers = {number: handler for number, handler in found.items() if handler is not signal.SIG_IGN}
     # Only the main thread receives signals, and only what Python installed can be put back.
     if threading.current_thread() is not threading.main_thread() or None in handlers.values():
         yield

@@ -30,7 +30,8 @@ DEFAULT = {"lattice": "fcc", "cells": 8, "density": 0.5}
 """Without a scene file: 2048 spheres."""
 
 REFUSED = (
-    "species", "contact", "walls", "obstacles", "interaction", "motion", "impact", "drive", "pinned", "file",
+    "species", "sizes", "contact", "walls", "obstacles", "interaction", "motion", "impact", "drive", "pinned",
+    "file",
 )  # fmt: skip
 """Keys of a scene that the other methods do not know."""
 

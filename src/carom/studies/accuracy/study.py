@@ -136,9 +136,8 @@ class Trade(Study[TradeSpec]):
         return picture(self.rows, self.sizes) if self.rows else None
 
     def files(self) -> dict[str, Callable[[Path], object]]:
-        """Return what writes the three tables and, if a method is done, the picture."""
+        """Return what writes the three tables and the picture."""
         tables = {"trade.csv": self.table, "sizes.csv": self.sizes, "sampling.csv": self.sampling}
-        found: dict[str, Callable[[Path], object]] = {
+        return super().files() | {
             name: functools.partial(write_text, text=table.csv()) for name, table in tables.items()
         }
-        return found | ({"trade.png": self.save} if self.rows or not self.records else {})

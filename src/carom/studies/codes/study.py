@@ -144,7 +144,7 @@ class Codes(Study[CodeSpec]):
         if self.records and self.code is None:
             return found
         found |= dict.fromkeys(("code.json", "points.csv"), self._write)
-        return found | ({"code.png": self.save} if self.spec.dimension == 3 else {})
+        return found | ({"code.png": self._draw} if self.spec.dimension == 3 else {})
 
     def _write(self, path: Path) -> None:
         """Write the best code, if there is one."""

@@ -16,6 +16,7 @@ from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.folder import Task
+from carom.studies.phase import finite
 from carom.studies.scenes import by_species, counts, equilibrate, simulation_of
 from carom.studies.study import Look
 
@@ -50,7 +51,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         "wave_time": windows.wave_time(scene, sim.kT),
         "blocks": blocks,
         "worst_overlap": statistics.worst_overlap,
-        "energy_drift": statistics.energy_drift,
+        "energy_drift": finite(statistics.energy_drift),
         "timings": {"engine_seconds": sim._state.seconds},
     }
 

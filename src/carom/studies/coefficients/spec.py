@@ -11,8 +11,8 @@ from carom.declared import described, integer, option
 from carom.errors import InputError
 from carom.studies.grid import SYSTEM, Blocks, GridSpec, Length, Replicas, Sizes
 
-REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
-"""Keys of a scene with which there is no bulk fluid in equilibrium."""
+REFUSED = ("walls", "obstacles", "motion", "impact", "drive", "pinned")
+"""Keys of a scene with which there is no bulk fluid in equilibrium, whose momentum and energy last."""
 
 
 @described
@@ -49,7 +49,7 @@ class TransportSpec(GridSpec):
     """
     error: ClassVar[float] = 0.01
     refused: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        REFUSED, "leaves no bulk fluid in equilibrium to measure; remove it."
+        REFUSED, "leaves no bulk fluid in equilibrium, whose momentum and energy last; remove it."
     )
     densities: ClassVar[Mapping[int, tuple[float, ...]]] = {
         2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),

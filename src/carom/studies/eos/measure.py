@@ -17,6 +17,7 @@ from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.relaxation import StructuralRelaxation
 from carom.studies.eos.order import ORDERS
 from carom.studies.folder import Task
+from carom.studies.phase import finite
 from carom.studies.scenes import equilibrate, simulation_of
 from carom.studies.study import Look
 
@@ -80,7 +81,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,
-        "energy_drift": statistics.energy_drift,
+        "energy_drift": finite(statistics.energy_drift),  # unknown with a drive
         "advancement_fraction": statistics.advancement_fraction,
     }
     if order is not None:

@@ -57,7 +57,11 @@ class StudySpec(GridSpec):
     """
     # The default study of spheres then takes some ten minutes on two cores.
     error: ClassVar[float] = 7e-5
-    refused: ClassVar[Mapping[str, str]] = {"motion": REFUSED, "impact": REFUSED}
+    refused: ClassVar[Mapping[str, str]] = {
+        "motion": REFUSED,
+        "impact": REFUSED,
+        "pinned": "leaves no pressure, because forces from outside hold the particles; remove it.",
+    }
     # Twelve of the fluid, up to where theory is known to 1e-4.
     densities: ClassVar[Mapping[int, tuple[float, ...]]] = {
         1: tuple(round(0.075 * k, 3) for k in range(1, 13)),

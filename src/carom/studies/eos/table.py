@@ -24,7 +24,7 @@ FEW = 16.0
 OFF = 0.05
 """Relative deviation of kT from the requested one beyond which a point is flagged."""
 
-UNKNOWN = ("contact", "interaction", "motion", "impact", "pinned")
+UNKNOWN = ("contact", "interaction", "motion", "impact", "drive", "pinned")
 """Keys of a scene with which no equation of state is known."""
 
 

@@ -101,10 +101,24 @@ class ShearSpec(SceneGrid):
         """Return the fields from the section (``words``) and from ``[scene]`` in ``others``.
 
         The motion of the scene says the rate where the section does not.
+
+        Raises
+        ------
+        InputError
+            If the motion is not that of a steady flow that begins in a rectangular box.
         """
         scene = others.get("scene", {})
         motion = scene.get("motion")
         if isinstance(motion, Mapping) and motion.get("type") == "shear" and "rate" in motion:
+            from carom.models.motions.shear import Shear
+            from carom.scene_file.sections import SceneSpec
+
+            flow = SceneSpec(motion=motion).motion
+            if flow != Shear(flow.rate):
+                raise InputError(
+                    "[scene] motion has a period or a tilt, and a study measures steady flows that begin in "
+                    "a rectangular box; leave them out, or use carom run."
+                )
             words = {"rate": motion["rate"], **words}
             others = {"scene": {name: value for name, value in scene.items() if name != "motion"}}
         return super().of_sections(words, others)

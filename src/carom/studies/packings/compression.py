@@ -134,7 +134,8 @@ def points(
 
 def _digest(scene: Scene) -> str:
     """Return a digest of the particles, the box and the models of a scene."""
-    words = repr((scene.box, scene.periodic, scene.obstacles, scene.interaction, scene.motion, scene.impact))
+    models = scene.interaction, scene.motion, scene.impact, scene.drive
+    words = repr((scene.box, scene.periodic, scene.obstacles, *models))
     arrays = scene.positions, scene.diameters, scene.masses, scene.velocities
     given = b"".join(each.tobytes() for each in arrays if each is not None)
     return hashlib.sha256(words.encode() + given).hexdigest()[:8]

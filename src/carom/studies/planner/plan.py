@@ -531,5 +531,5 @@ def system_of(
         raise InputError(
             "A plan needs packing_fraction (--eta), or a scene (a file, such as fluid.toml); found neither."
         )
-    words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
+    words = {"species": [{"fraction": 1.0 / len(species), **each} for each in species]} if species else {}
     return System(packing_fraction, 3 if dimension is None else dimension, words)

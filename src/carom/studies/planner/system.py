@@ -20,7 +20,13 @@ from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
 from carom.studies.phase import usual_equation
 from carom.studies.planner.target import Scale
-from carom.studies.scenes import nearest_filling, plain, refuse_other_interactions, with_fractions
+from carom.studies.scenes import (
+    nearest_filling,
+    plain,
+    refuse_long_boxes,
+    refuse_other_interactions,
+    with_fractions,
+)
 from carom.theory.mixture_size import mixture_finite_size_shift
 
 DEEPEST = 600.0
@@ -284,6 +290,7 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
             "[scene] sizes are none of a plan, which is of equal particles or of species; use carom run "
             "--relative-error."
         )
+    refuse_long_boxes(asked)
     made = plan.build_scene()
     words: dict[str, Any] = {
         name: value for name in (*KEPT, *REFUSED) if (value := getattr(asked, name)) not in (None, ())

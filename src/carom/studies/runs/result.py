@@ -92,8 +92,8 @@ class RunResult(Result):
         return bool(self.summary.get("units")) and (self.folder / "events.h5").is_file()
 
     def _estimate(self, name: str) -> Estimate:
-        found = self.summary[name]
-        if found["mean"] is None:
+        found = self.summary.get(name)
+        if found is None or found["mean"] is None:
             return Estimate(np.nan, np.inf, 0.0, np.inf, 0)
         error = np.inf if found["error"] is None else found["error"]
         n_eff = found.get("n_eff") or 0.0

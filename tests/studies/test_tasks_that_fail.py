@@ -1,0 +1,152 @@
+"""A task of a study of one's own that fails, in whatever way, costs itself alone."""
+
+import json
+import math
+import signal
+import sys
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import pytest
+from helpers.commands import in_this_process
+from helpers.workers import odd
+
+from carom.errors import CaromWarning, InputError
+from carom.studies import executors, own
+from carom.studies.signals import stoppable
+
+
+def _round():
+    found = []
+    found.append(found)
+    return found
+
+
+FAULTS = {
+    "nan": (lambda: {"root": math.nan}, "result['root'] is nan, and a file holds finite numbers"),
+    "infinity of NumPy": (lambda: {"root": [0.0, np.float32("inf")]}, r"result['root'][1] is inf"),
+    "array": (lambda: {"root": np.ones(2)}, "result['root'] is a ndarray"),
+    "set": (lambda: {"roots": {"all": {1, 2}}}, "result['roots']['all'] is a set"),
+    "key": (lambda: {"roots": {1: 2}}, "result['roots'] has the key 1, and keys in a file are texts"),
+    "circle": (lambda: {"root": _round()}, "RecursionError"),
+    "digits": (lambda: {"root": 10**5000}, "result['root'] is an integer of more than 18 digits"),
+    "timings": (lambda: {"root": 1, "timings": {"cpu": math.inf}}, "result['timings']['cpu'] is inf"),
+    "nothing": (lambda: None, "measure must return a dictionary, found nothing"),
+    "exit": (lambda: sys.exit("no root"), "SystemExit: no root"),
+    "error": (lambda: 1 // 0, "ZeroDivisionError"),
+}
+
+
+@dataclass(frozen=True)
+class RootSpec(own.Spec):
+    study, about, grid = "roots", "Roots of numbers.", ("x",)
+    x: Annotated[tuple[float, ...], own.several(own.number()), own.Opt("Numbers.")] = (-1.0, 1.0, 4.0)
+
+    def tasks(self):
+        return [{**self.settings(), "x": x} for x in self.x]
+
+
+@dataclass(frozen=True)
+class Row:
+    x: Annotated[float, own.Column("x", "g")]
+    root: Annotated[float, own.Column("root", "g")]
+
+
+def study_of(fault):
+    """Return the class of a study in which the task of a negative number has a fault."""
+
+    def measure(task, look):
+        return {"root": math.sqrt(task["x"])} if task["x"] >= 0.0 else fault()
+
+    @dataclass(frozen=True, repr=False)
+    class Roots(own.Study[RootSpec]):
+        Spec, name = RootSpec, "roots"
+
+        @property
+        def table(self):
+            return own.Table(Row, [Row(r["task"]["x"], r["result"]["root"]) for r in self.records])
+
+    Roots.measure = staticmethod(measure)
+    return Roots
+
+
+@pytest.mark.parametrize("executor", ["serial", "threads"])
+@pytest.mark.parametrize(("fault", "said"), FAULTS.values(), ids=FAULTS)
+def test_a_task_that_fails_costs_itself_alone(tmp_path, executor, fault, said):
+    kind = study_of(fault)
+    with pytest.warns(CaromWarning, match="1 of 3 runs failed, the first one at x -1"):
+        study = kind(RootSpec()).run(executor=executor, out=tmp_path)
+    assert [row.root for row in study.table] == [1.0, 2.0]
+    assert [failure.task["x"] for failure in study.failures] == [-1.0]
+    assert study.failures[0].reason.startswith(said)
+    # Both are on the disk, and a study without the fault runs the third.
+    assert len(kind.load(tmp_path).records) == 2
+    assert study_of(lambda: {"root": 0})(RootSpec()).run(executor=executor, out=tmp_path).complete
+
+
+def test_the_exit_code_tells_of_a_task_that_failed(tmp_path, monkeypatch, capsys):
+    """Nothing is drawn of a study without axes, which is no error."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["roots.py", "--engine", "serial", "--json"])
+    with in_this_process(), pytest.raises(SystemExit) as ended:
+        own.command(study_of(FAULTS["exit"][0]))
+    printed, errors = capsys.readouterr()
+    assert ended.value.code == 3
+    assert [row["root"] for row in json.loads(printed)["table"]] == [1.0, 2.0]
+    assert "SystemExit: no root" in errors
+    assert (tmp_path / "carom-roots" / "roots.csv").is_file()
+
+
+def test_an_error_that_no_other_process_can_make_again_costs_its_own_task_only():
+    done, failed = [], []
+    with executors.opened("processes", 1) as where:
+        executors.run(
+            odd,
+            [1, 2, 3],
+            where,
+            done=lambda value, found: done.append(found),
+            failed=lambda value, reason: failed.append(reason),
+            stop=lambda: False,
+        )
+    assert (done, failed) == ([2], ["Odd: 1 is odd", "Odd: 3 is odd"])
+
+
+def test_a_result_is_the_same_before_and_after_it_was_a_file(tmp_path):
+    result = {"root": np.int64(3), "pair": (np.float32(0.5), True, None), "text": "σ"}
+    kind = study_of(lambda: dict(result))
+    records = kind(RootSpec()).run(executor="serial", out=tmp_path).records
+    assert records == kind.load(tmp_path).records
+    assert records[0]["result"] == {"root": 3, "pair": [0.5, True, None], "text": "σ"}
+    assert type(records[0]["result"]["root"]) is int
+
+
+def test_tasks_are_what_a_file_can_hold():
+    @dataclass(frozen=True)
+    class Endless(RootSpec):
+        study = "endless"
+
+        def tasks(self):
+            return [{**task, "until": math.inf} for task in super().tasks()]
+
+    @dataclass(frozen=True, repr=False)
+    class Study(own.Study[Endless]):
+        Spec, name, measure = Endless, "endless", staticmethod(lambda task, look: {})
+
+    with pytest.raises(InputError, match=r"task\['until'\] is inf, and a file holds finite numbers"):
+        Study(Endless()).run(executor="serial")
+
+
+def test_signals_that_a_process_ignores_stay_ignored():
+    """A study begun by ``python mine.py &`` in a script hears no Ctrl-C; SIGTERM stops it."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with stoppable() as stop:
+            stop.deferred = True
+            signal.raise_signal(signal.SIGINT)
+            assert not stop.asked
+            signal.raise_signal(signal.SIGTERM)
+            assert stop.asked
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
