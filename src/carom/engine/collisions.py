@@ -65,7 +65,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
     a *= part
     b *= part
     virial *= part / longer
-    event = PairEvent(i, j, ref, now, rr, rv, a, b, virial, kind, before, step)
+    event = PairEvent(i, j, ref, now, rr, rv, a * longer, b * longer, virial, kind, before, step)
     before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
         r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
