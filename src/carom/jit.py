@@ -30,10 +30,15 @@ def _linked(function: Any, compile_: Callable[[Any], Any]) -> Any:
         called = scope.get(name)
         if isinstance(called, FunctionType) and called.__module__.partition(".")[0] == "carom":
             linked = _linked(called, compile_)
-            said.update(repr((linked.__qualname__, called.__code__.co_code, called.__code__.co_consts)).encode())
+            said.update(
+                repr((linked.__qualname__, called.__code__.co_code, called.__code__.co_consts)).encode()
+            )
             scope[name] = compile_(linked)
         elif isinstance(called, int | float):
             said.update(repr((name, called)).encode())
     copy = FunctionType(function.__code__, scope, function.__name__, function.__defaults__)
-    copy.__module__, copy.__qualname__ = function.__module__, f"{function.__qualname__}_{said.hexdigest()[:16]}"
+    copy.__module__, copy.__qualname__ = (
+        function.__module__,
+        f"{function.__qualname__}_{said.hexdigest()[:16]}",
+    )
     return copy

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from helpers.twins import FINITE, LARGEST, LEAST, SMALL, assert_twins, bits, compiled
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from carom.compiling import registry
 
@@ -246,7 +245,15 @@ def returns_often(x):
 
 def calls(a, b):
     t = (a, b)
-    return helper(a), helper(a, b), helper(a, y=b), helper(y=a, x=b), helper(*t), helper(a, *t, b), returns_often(a)
+    return (
+        helper(a),
+        helper(a, b),
+        helper(a, y=b),
+        helper(y=a, x=b),
+        helper(*t),
+        helper(a, *t, b),
+        returns_often(a),
+    )
 
 
 def models(a, b):
@@ -257,7 +264,16 @@ def models(a, b):
     if a > b:
         pair = Pair(q, p, 4)
     x, y = pair.second
-    return pair, p.norm(), pair.first.norm() + x * y, pair[1].x, p.moved(b).x, Point.least(a, b), p.least(a, 3), origin
+    return (
+        pair,
+        p.norm(),
+        pair.first.norm() + x * y,
+        pair[1].x,
+        p.moved(b).x,
+        Point.least(a, b),
+        p.least(a, 3),
+        origin,
+    )
 
 
 def asserted(a, b):

@@ -7,9 +7,19 @@ import math
 
 import numpy as np
 import pytest
-from helpers.twins import FINITE, FLOATS, INTEGERS, LARGEST, LEAST, SMALL, assert_twins, bits, compiled, wrapped
-from hypothesis import given
-from hypothesis import strategies as st
+from helpers.twins import (
+    FINITE,
+    FLOATS,
+    INTEGERS,
+    LARGEST,
+    LEAST,
+    SMALL,
+    assert_twins,
+    bits,
+    compiled,
+    wrapped,
+)
+from hypothesis import given, strategies as st
 
 pytestmark = pytest.mark.needs("compiled code")
 
@@ -214,7 +224,16 @@ def test_single_precision(x):
 def test_integers_without_a_sign(a, b):
     def unsigned(a, b):
         x, y = np.uint64(a), np.uint64(b)
-        return int(x // y), int(x % y), x < y, int(x >> np.uint64(3)), int(x + y), int(x * y), float(x), int(x ^ y)
+        return (
+            int(x // y),
+            int(x % y),
+            x < y,
+            int(x >> np.uint64(3)),
+            int(x + y),
+            int(x * y),
+            float(x),
+            int(x ^ y),
+        )
 
     x, y = a % 2**64, b % 2**64
     expected = x // y if y else 0, x % y if y else 0, x < y, x >> 3, x + y, x * y, float(x), x ^ y
@@ -232,7 +251,11 @@ def test_with_and_without_a_sign_make_one_with(a, b):
 @given(FLOATS, INTEGERS)
 def test_the_bits_of_numbers(x, a):
     def seen(x, a):
-        return np.float64(x).view(np.int64), np.int64(a).view(np.float64), np.int64(a).view(np.uint64) >> np.uint64(1)
+        return (
+            np.float64(x).view(np.int64),
+            np.int64(a).view(np.float64),
+            np.int64(a).view(np.uint64) >> np.uint64(1),
+        )
 
     assert_twins(seen, x, a)
 
@@ -241,7 +264,16 @@ KNOWN = {
     "wide": lambda x: (x + (2**63 - 1), x - 2**40 // 3, (1 << 40) % 7, -7 // 2, -7 % 3, 7 // -2, 2**-1),
     "floats": lambda x: (0.1 + 0.2, 1.0 / 3, 7.5 // 2, -7.5 % 2, 2**0.5, -0.0, float(2**63), 1e400),
     "logic": lambda x: (1 < 2 < 3, not 0, True + True, -True, 5 if 2 > 1 else x, True & False, ~5),
-    "casts": lambda x: (int(2.9), int(-2.9), float(3), bool(0.5), int(True), round(2.5), abs(-3), math.floor(-0.5)),
+    "casts": lambda x: (
+        int(2.9),
+        int(-2.9),
+        float(3),
+        bool(0.5),
+        int(True),
+        round(2.5),
+        abs(-3),
+        math.floor(-0.5),
+    ),
 }
 
 

@@ -595,3 +595,24 @@ def test_the_shift_and_the_tail_are_given_in_the_units_of_length_mass_and_temper
         one = theory.velocity_tail(density, diffusion, viscosity, d)
         found = theory.velocity_tail(*scaled, d, **units)
         assert found == pytest.approx(one * speed**2 * time ** (0.5 * d), rel=1e-12)
+
+
+def test_few_blocks_have_no_small_error_by_chance():
+    """16 blocks of a current without memory: one run in 60 was 3 standard errors off, one in 1500 five."""
+    rng = np.random.default_rng(1)
+    lags, count, components, pulls = (20, 40, 80), 640, 3, []
+    for _ in range(400):
+        walks = np.cumsum(rng.standard_normal((16, components, count)), axis=2) * math.sqrt(2.0 * 0.5)
+        squares = [np.mean((walks[..., lag:] - walks[..., :-lag]) ** 2, axis=(1, 2)) for lag in lags]
+        point = point_of([block_of([0.0])] * 16, samples=count + 1)
+        point.lags, point.times = np.array(lags), 0.5 * np.array(lags)
+        value = point.coefficient(np.stack(squares, axis=1)[:, None], 1.0, components)
+        pulls.append((value.mean - 1.0) / value.error)
+    # Without the least error the root mean square is 1.11, and 6 of 400 are beyond 3; 1.1 are expected.
+    assert np.std(pulls) < 1.06
+    assert np.sum(np.abs(pulls) > 3.0) <= 4
+
+
+def test_a_short_run_has_blocks_that_hold_all_lags():
+    assert [windows.blocks_within(length, 64) for length in (100.0, 5120.0, 6400.0, 1e6)] == [16, 16, 20, 64]
+    assert windows.blocks_within(1e6, 16) == 16

@@ -24,6 +24,7 @@ from carom.engine.obstacles import age_obstacles
 from carom.engine.pair_steps import logged, outcome
 from carom.engine.rubbing import rub
 from carom.engine.rules import on_crossing
+from carom.models.mathematics.contact import LONGER
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch
@@ -41,25 +42,33 @@ def collide(model, state, neighbors, tally, i, ref, now):
     other = rows[j]
     rr = 0.0
     rv = 0.0
+    long_rr = 0.0
+    long_rv = 0.0
+    # On a line equal masses swap their velocities, but for rounding, and nothing is lost in between.
+    longer = LONGER if len(model.boundary.edges) > 1 else 1.0
     for axis in range(len(model.boundary.edges)):
         r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
+        v = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
         rr += r * r
-        rv += r * contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
+        rv += r * v
+        r *= longer
+        long_rr += r * r
+        long_rv += r * v
     a, b, virial, kind, before, step = outcome(
-        model.boundary, model.pair, neighbors, tally, i, ref, rr, rv, now
+        model.boundary, model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
     a *= part
     b *= part
-    virial *= part
-    event = PairEvent(i, j, ref, now, rr, rv, a, b, virial, kind, before, step)
+    virial *= part / longer
+    event = PairEvent(i, j, ref, now, rr, rv, a * longer, b * longer, virial, kind, before, step)
     before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
         r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
-        me.v[axis] += a * push_direction(model.motion, axis, me.x[axis], r, rr)
-        other.v[axis] += b * push_direction(model.motion, axis, other.x[axis], -r, rr)
+        me.v[axis] += a * (longer * push_direction(model.motion, axis, me.x[axis], r, rr))
+        other.v[axis] += b * (longer * push_direction(model.motion, axis, other.x[axis], -r, rr))
     rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     after_pair(model.observers, model, state, event)

@@ -11,6 +11,7 @@ import numpy as np
 
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
+from carom.theory import speed_factor
 
 
 class Sides(NamedTuple):
@@ -50,6 +51,8 @@ class StepSums:
         Number of particles, and of dimensions.
     volume, mass : float
         Volume of the box [length^d], and mass of a particle; NaN if masses differ.
+    degrees_of_freedom : float
+        D of the velocities at constant energy; infinity where a bath or a drive exchanges energy.
     inner, outer : (S,) arrays
         Inner and outer end of each step [length]; 0 and infinity if it has none.
     energies : (S,) array
@@ -67,6 +70,7 @@ class StepSums:
     dimension: int
     volume: float
     mass: float
+    degrees_of_freedom: float
     inner: np.ndarray
     outer: np.ndarray
     energies: np.ndarray
@@ -118,7 +122,8 @@ class StepSums:
         Notes
         -----
         There are ``n (n - 1) / (2 V) S_d r^(d-1) g(r) dr`` pairs at a distance r. Their flux inwards is
-        ``sqrt(kT / (pi m))`` times their density. All particles must be of one kind, without bonds.
+        ``c_D sqrt(kT / (pi m))`` times their density (:func:`carom.theory.speed_factor`). All particles must
+        be of one kind, without bonds.
 
         Raises
         ------
@@ -130,13 +135,14 @@ class StepSums:
         if np.isinf(self.outer).sum() != 1 or not np.isinf(self.outer[0]):
             raise InputError("g(r) at steps is for one kind of pair, without bonds.")
         found = []
+        speed = speed_factor(self.degrees_of_freedom) * math.sqrt(self.kT / (math.pi * self.mass))
         for step in range(len(self.inner)):
             distance = float(self.inner[step])
             if distance == 0.0:
                 continue
             area = self.dimension * unit_ball_volume(self.dimension) * distance ** (self.dimension - 1)
             pairs = 0.5 * self.n * (self.n - 1) / self.volume * area
-            rate = pairs * math.sqrt(self.kT / (math.pi * self.mass)) * self.time
+            rate = pairs * speed * self.time
             outside = int(self.events[step, :2].sum())
             inside = int(self.events[step + 1, 2:].sum()) if step + 1 < len(self.inner) else 0
             found.append(

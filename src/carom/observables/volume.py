@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arithmetic import dot
 from carom.block import Block
 from carom.errors import InputError
 from carom.meant import corrected
@@ -55,10 +57,10 @@ class Volume(OfBlocks["VolumeResult"]):
         sums = [block.volumes for block in blocks if block.volumes is not None]
         if len(sums) < len(blocks):
             raise InputError("No block holds the volume: run with a barostat before measuring it.")
-        volume = ratio([each.volume for each in sums], durations)
-        pressure = ratio(
-            [scene.n * kT * each.inverse + each.virial / scene.dimension for each in sums], durations
-        )
+        volumes = np.array([each.volume for each in sums])
+        pressures = np.array([scene.n * kT * each.inverse + each.virial / scene.dimension for each in sums])
+        volume = ratio(volumes, durations)
+        pressure = _beside(pressures, volumes, np.array(durations), volume)
         fraction = scene.packing_fraction * scene.volume / volume.mean
         return VolumeResult(
             volume=volume,
@@ -67,9 +69,25 @@ class Volume(OfBlocks["VolumeResult"]):
             n=scene.n,
             dimension=scene.dimension,
             kT=kT,
-            block_values=tuple((np.array([each.volume for each in sums]) / np.array(durations)).tolist()),
+            block_values=tuple((volumes / np.array(durations)).tolist()),
             block_durations=tuple(durations),
         )
+
+
+def _beside(pressures: np.ndarray, volumes: np.ndarray, durations: np.ndarray, volume: Estimate) -> Estimate:
+    """Return the mean pressure with the error that the slow volume brings, from sums over blocks.
+
+    The pressure of a block fluctuates fast, but for a part in proportion to the volume of the block, which
+    may be hidden in the scatter: it has the error, and as few independent samples, as the ``volume``.
+    """
+    found = ratio(pressures, durations)
+    off = volumes - volume.mean * durations
+    square = dot(off, off)
+    slope = dot(off, pressures - found.mean * durations) / square if square > 0.0 else 0.0
+    rest = ratio(pressures - slope * off, durations)
+    error = max(found.error, math.hypot(rest.error, slope * volume.error))
+    few = min(found.n_eff, volume.n_eff)
+    return Estimate(found.mean, error, few, len(durations) / few if few else math.inf, found.blocks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +120,7 @@ class VolumeResult(OneNumber):
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
     _main = "volume"
-    quantity = "the volume"
+    quantity = "the volume, which the pressure follows,"
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [

@@ -57,6 +57,7 @@ def speed_factor(degrees_of_freedom: float) -> float:
     ----------
     degrees_of_freedom : float
         D of the velocities: d (N - 1) in a periodic box with zero total momentum, d N in a box with walls.
+        Of infinitely many c_D is 1.
 
     Raises
     ------
@@ -68,6 +69,8 @@ def speed_factor(degrees_of_freedom: float) -> float:
     ``c_D = sqrt(D / 2) Gamma(D / 2) / Gamma((D + 1) / 2)``, which is 1 + 1 / (4 D) for large D. It follows
     from the mean of ``|v|`` over the sphere ``v^2 = D``. The virial, quadratic in speeds, has no such factor.
     """
+    if degrees_of_freedom == math.inf:
+        return 1.0
     half = 0.5 * checks.number(degrees_of_freedom, "degrees_of_freedom", low=0, open_low=True)
     return math.exp(0.5 * math.log(half) + math.lgamma(half) - math.lgamma(half + 0.5))
 

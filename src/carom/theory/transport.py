@@ -19,10 +19,19 @@ SONINE: dict[int, tuple[float, float, float]] = {
     2: (1.02709, 1.02197, 1.02972),
     3: (1.018954, 1.016034, 1.025218),
     4: (1.01457, 1.01302, 1.02190),
+    5: (1.01183, 1.01107, 1.01934),
+    6: (1.00995, 1.00968, 1.01732),
+    7: (1.00859, 1.00862, 1.01569),
+    8: (1.00755, 1.00777, 1.01433),
+    9: (1.00674, 1.00709, 1.01319),
+    10: (1.00609, 1.00652, 1.01222),
+    11: (1.00555, 1.00603, 1.01139),
+    12: (1.00509, 1.00562, 1.01066),
 }
 """Factors by which converged Sonine expansions exceed the first order, by dimension: of self-diffusion, shear
-viscosity and thermal conductivity. Those for d = 2 and 4 are extrapolated from orders 1 to 6. Those for d = 3
-are from S. Chapman and T. G. Cowling, The Mathematical Theory of Non-uniform Gases, sec. 10.21.
+viscosity and thermal conductivity. Those for d = 2 and 4 are extrapolated from orders 1 to 6; those from 5 on
+are of order 6, which has converged. Those for d = 3 are from S. Chapman and T. G. Cowling, The Mathematical
+Theory of Non-uniform Gases, sec. 10.21.
 """
 
 HIGHEST = 0.5
@@ -58,14 +67,14 @@ def enskog(
     mass: float = 1.0,
     kT: float = 1.0,
 ) -> Enskog:
-    """Return Enskog's transport coefficients, with converged Sonine factors in d = 2, 3 and 4.
+    """Return Enskog's transport coefficients, with converged Sonine factors in d = 2 to 12.
 
     Parameters
     ----------
     compressibility_factor, packing_fraction : float
         Z and eta, of infinitely many particles.
     dimension : int
-        d, at least 2. From 5 on the first Sonine order is returned, which is some 1 % too small.
+        d, at least 2. From 13 on the first Sonine order is returned, which is up to 1 % too small.
     diameter, mass, kT : float
         Diameter [length], mass and temperature [energy].
 

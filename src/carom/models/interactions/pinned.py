@@ -15,6 +15,7 @@ from carom import checks
 from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.interactions.hard_cores import touching
+from carom.models.mathematics.contact import shares
 from carom.models.questions import interaction
 from carom.models.questions.memory import kept
 from carom.models.questions.particles import Particles, lanes
@@ -84,8 +85,8 @@ class PinnedCores(NamedTuple):
 
     def jump(self, i, j, rr, rv, now):
         ours, theirs = self.inverse[i], self.inverse[j]
-        factor = 2.0 * rv / (rr * (ours + theirs))
-        return factor * ours, factor * theirs, -factor * rr
+        a, b = shares(theirs, ours, rr, 2.0 * rv)
+        return a, b, -2.0 * rv / (ours + theirs)
 
     def record_impulse(self, i, j, momentum):
         self.impulse[i] += momentum

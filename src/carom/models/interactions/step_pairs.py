@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.models.mathematics.contact import shares
 from carom.models.questions import steps
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER
@@ -95,8 +96,8 @@ def cross(pair, i, j, step, rr, rv, inwards, cost):
         CORE, IN, OUT or BOUNCE.
     """
     sense = -1.0 if inwards else 1.0
-    total = pair.masses[i] + pair.masses[j]
-    reduced = pair.masses[i] * pair.masses[j] / total
+    ours, theirs = pair.masses[i], pair.masses[j]
+    reduced = ours * theirs / (ours + theirs)
     # (r.v)^2 changes by this much where the pair crosses.
     change = 2.0 * cost * rr / reduced
     left = rv * rv - change
@@ -108,5 +109,5 @@ def cross(pair, i, j, step, rr, rv, inwards, cost):
     else:
         share_lost = rv + sense * abs(rv)
         kind = CORE if inwards else BOUNCE
-    factor = share_lost / (rr * total)
-    return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
+    a, b = shares(ours, theirs, rr, share_lost)
+    return a, b, -reduced * share_lost, step, kind

@@ -11,7 +11,6 @@ import numpy as np
 from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.fields import Value, check_dimensions, vector
-from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.mathematics.parabolas import HOP, leaving
 from carom.models.questions import motion, obstacle, walls
 from carom.models.questions.memory import parameter
@@ -122,22 +121,3 @@ class Falling(NamedTuple):
 
     def rebound_speed(self, approach):
         return approach + max(approach, self.rest)
-
-    def push(self, change, v, normal):
-        # A contact on a circle is found just outside it, and its distance from the centre is rounded alike
-        # every time: unit normals are too long by 1e-16 on average. What is lost at every bounce in the same
-        # direction, be it a part of 1e-17, adds up over millions. So all is computed with twice the digits,
-        # and only the new velocity is rounded.
-        along = 0.0
-        high, low = 0.0, 0.0
-        longer, rest = -1.0, 0.0
-        for axis in range(len(self.g)):
-            along += normal[axis] * v[axis]
-            high, low = with_product(high, low, normal[axis], v[axis])
-            longer, rest = with_product(longer, rest, normal[axis], normal[axis])
-        # Of an elastic contact the change is -2 along / normal^2; the caller had -2 along.
-        more = -2.0 * ((high - along) + low) - change * (longer + rest)
-        for axis in range(len(self.g)):
-            product, product_error = exact_product(change, normal[axis])
-            total, error = exact_sum(v[axis], product)
-            v[axis] = total + (error + (product_error + more * normal[axis]))

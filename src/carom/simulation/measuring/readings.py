@@ -12,10 +12,12 @@ from carom.block import Block, EnergySample, MomentumFlux
 from carom.errors import InputError
 from carom.observables.energy import without_potential
 from carom.observables.steps import StepSums
+from carom.scene.fields import standing
 from carom.scene.first_steps import first_steps
 from carom.scene.velocities import degrees_of_freedom, kept_by_motion, temperature
 
 if TYPE_CHECKING:
+    from carom.scene.scene import Scene
     from carom.simulation.run_state import RunState
 
 
@@ -129,12 +131,19 @@ def step_sums(run_state: RunState) -> StepSums:
         dimension=run_state.scene.dimension,
         volume=run_state.scene.volume,
         mass=run_state.scene.mass if np.ptp(run_state.scene.masses) == 0.0 else math.nan,
+        degrees_of_freedom=math.inf if _has_a_bath(run_state.scene) else degrees_of_freedom(run_state.scene),
         inner=np.sqrt(np.maximum(pair.inner[:count], 0.0)),
         outer=np.sqrt(pair.outer[:count]),
         energies=np.asarray(run_state.unit.to_scene(pair.energy[:count], -2)),
         pairs=np.bincount(step_numbers, minlength=count)[:count],
         events=pair.events[:count].copy(),
     )
+
+
+def _has_a_bath(scene: Scene) -> bool:
+    """Tell whether a drive or a thermal surface exchanges energy with the particles."""
+    hot = (getattr(obstacle, "kT", None) is not None for obstacle in standing(scene))
+    return scene.drive is not None or any(hot)
 
 
 def _steps_now(run_state: RunState) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -113,8 +113,11 @@ class Point:
         """Return the entry ``name`` of all blocks, (b, ..., l)."""
         return np.array([np.asarray(block[name])[..., : self.count] for block in self.blocks])
 
-    def coefficient(self, squares: np.ndarray, scale: float) -> Coefficient:
-        """Return ``scale`` times half of the slope of the mean squares (b, parts, l), by the rule."""
+    def coefficient(self, squares: np.ndarray, scale: float, components: int = 0) -> Coefficient:
+        """Return ``scale`` times half of the slope of the mean squares (b, parts, l), by the rule.
+
+        They are means over so many independent ``components``; 0 where the product may have either sign.
+        """
         half = 0.5 * scale
         run = tuple(jackknife(squares, lambda m: half * np.diff(m.sum(axis=0)) / np.diff(self.times)))
         middle = tuple(float(t) for t in 0.5 * (self.times[1:] + self.times[:-1]))
@@ -129,7 +132,19 @@ class Point:
         (value,) = jackknife(squares.sum(axis=1), lambda m: half * self._slope(m, low, high))
         split = dict(zip(("kinetic", "cross", "collisional"), parts, strict=True)) if len(parts) == 3 else {}
         between = (float(self.times[low]), float(self.times[high]))
+        value = self._sure(value, between, components)
         return Coefficient.of(value, between, times=middle, running=run, settled=settled, **split)
+
+    def _sure(self, value: Estimate, window: tuple[float, float], components: int) -> Estimate:
+        """Return a coefficient with an error no smaller than that of currents without memory.
+
+        The scatter of few blocks is small by chance, most often where their mean is too small as well.
+        """
+        if not components:
+            return value
+        total = self.every * sum(steps * len(blocks) for blocks, steps in self._replicas)
+        least = abs(value.mean) * math.sqrt(windows.relative_variance(components, total, *window))
+        return replace(value, error=max(value.error, least))
 
     def _slope(self, squares: np.ndarray, low: int, high: int) -> Any:
         return (squares[..., high] - squares[..., low]) / (self.times[high] - self.times[low])
@@ -158,14 +173,15 @@ class Point:
 
     def shear_viscosity(self) -> Coefficient:
         """Return the shear viscosity: slope over ``V kT``."""
-        return self.coefficient(self.array("shear"), 1.0 / (self.volume * self.kT))
+        d = self.dimension
+        return self.coefficient(self.array("shear"), 1.0 / (self.volume * self.kT), (d - 1) * (d + 2) // 2)
 
     def thermal_conductivity(self) -> Coefficient:
         """Return the thermal conductivity, at zero flux of every species."""
         scale = 1.0 / (self.volume * self.kT**2)
         fluxes = self.array("fluxes")
         if fluxes.shape[1] <= 2:  # no species, or one: its flux is zero
-            return self.coefficient(self.array("heat"), scale)
+            return self.coefficient(self.array("heat"), scale, self.dimension)
         window, settled = self._window(np.diagonal(fluxes, axis1=1, axis2=2)[..., 0])
         if window is None:
             return Coefficient.of(UNKNOWN, (math.nan, math.nan), settled=False)
@@ -177,7 +193,8 @@ class Point:
             return half * float(slopes[0, 0] - slopes[0, 1:] @ np.linalg.solve(slopes[1:, 1:], slopes[1:, 0]))
 
         (value,) = jackknife(fluxes, conductivity)
-        return Coefficient.of(value, (float(self.times[low]), float(self.times[high])), settled=settled)
+        between = (float(self.times[low]), float(self.times[high]))
+        return Coefficient.of(self._sure(value, between, self.dimension), between, settled=settled)
 
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
@@ -192,7 +209,7 @@ class Point:
                 first, second = np.asarray(block["bulk"])[:, : self.count]
                 off = (mean - block["rate"]) * self.times
                 squares.append([(second - 2.0 * off * first + off**2) / (1.0 - self.times / total)])
-        return self.coefficient(np.array(squares), 1.0 / (self.volume * self.kT))
+        return self.coefficient(np.array(squares), 1.0 / (self.volume * self.kT), 1)
 
     def self_diffusion(self, species: int = 0) -> tuple[Coefficient, Coefficient]:
         """Return self-diffusion from the mean square displacement, and from the velocity autocorrelation."""
@@ -215,6 +232,7 @@ class Point:
         window = (float(times[low]), float(times[high]))
         span = 2.0 * d * (times[high] - times[low])
         (slope,) = jackknife(means[:, :, 0], lambda m: (m[high] - m[low]) / span)
+        slope = self._sure(slope, window, d * int(self.first["counts"][species]))
         shared: dict[str, Any] = {
             "times": tuple(float(t) for t in times), "running": tuple(run), "settled": settled,
         }  # fmt: skip
@@ -228,7 +246,7 @@ class Point:
         fluxes = self.array("fluxes")
         one, two = (float(c) for c in counts)
         relative = fluxes[:, 1, 1] / one**2 + fluxes[:, 2, 2] / two**2 - 2.0 * fluxes[:, 1, 2] / (one * two)
-        return self.coefficient(relative[:, None], one * two / (one + two))
+        return self.coefficient(relative[:, None], one * two / (one + two), self.dimension)
 
     def thermal_diffusion(self) -> Coefficient | None:
         """Return Onsager's coefficient of heat and the flux of the first of two species, over ``V kT``."""

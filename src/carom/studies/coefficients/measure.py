@@ -27,13 +27,14 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
     scene = sim.scene
     every, stepped = task["every"], sim._state.system.stepped
     equilibrate(sim, task, look)
+    parts = windows.blocks_within(task["collisions_per_particle"], task["blocks"])
     if stepped:
         # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
-        duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
+        duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / parts
     else:
-        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / parts
     count = max(int(duration / every), windows.SHORTEST)
-    blocks = [_block(sim, every, count, look) for _ in range(task["blocks"])]
+    blocks = [_block(sim, every, count, look) for _ in range(parts)]
     statistics = sim.statistics
     return {
         "n": scene.n,

@@ -60,7 +60,7 @@ class TransportSpec(GridSpec):
     replicas: Replicas = 4
     dimension: int = option(integer(low=2, high=12), "Dimension of space, from 2 on.", SYSTEM, default=3)
     equilibration: Length = 300.0
-    blocks: Blocks = 16
+    blocks: Blocks = 64
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
         """Return one run (``eta``, ``n``, ``replica``), with the time between its samples.
@@ -104,5 +104,6 @@ class TransportSpec(GridSpec):
         d = self.dimension
         components = min(d, (d - 1) * (d + 2) // 2)
         free_times = windows.relative_variance(components, 1.0) / self.relative_error**2 / self.replicas
-        fewest = self.blocks * windows.SHORTEST * windows.LAGS[-1] / windows.PER_FREE_TIME
+        blocks = min(self.blocks, windows.FEWEST_BLOCKS)
+        fewest = blocks * windows.SHORTEST * windows.LAGS[-1] / windows.PER_FREE_TIME
         return float(f"{max(free_times, fewest):.4g}")

@@ -41,15 +41,24 @@ WAVES = 4.0
 SHORTEST = 4
 """Smallest length of a block [longest lag]."""
 
+FEWEST_BLOCKS = 16
+"""Blocks of the shortest run that :func:`blocks_within` cuts to hold all lags."""
 
-def relative_variance(components: int, free_times: float) -> float:
-    """Return the squared relative error of a collective coefficient after so many mean free times.
+
+def blocks_within(free_times: float, most: int) -> int:
+    """Return into how many blocks a run of so many mean free times is cut: ``most`` if all hold every lag."""
+    within = int(free_times * PER_FREE_TIME / (SHORTEST * LAGS[-1]))
+    return min(most, max(within, FEWEST_BLOCKS))
+
+
+def relative_variance(components: int, time: float, begin: float = 10.0, end: float = 20.0) -> float:
+    """Return the squared relative error of a coefficient after a ``time``, by default in mean free times.
 
     The slope weighs the current's correlation at s by ``w(s)``: 1 up to t_1, then falling to 0 at t_2. For
     white noise the variance is ``4 C^2 / T`` times the integral of ``w^2``, hence ``4 (t_1 + (t_2 - t_1) / 3)
-    / T``, with t_1 = 10 and t_2 = 20.
+    / T``, with t_1 = ``begin`` and t_2 = ``end``. A current with a memory has at least as large an error.
     """
-    return 4.0 * (10.0 + 10.0 / 3.0) / (components * free_times)
+    return 4.0 * (begin + (end - begin) / 3.0) / (components * time)
 
 
 def free_time(packing_fraction: float, diameters: list[float], masses: list[float], fractions: list[float],
