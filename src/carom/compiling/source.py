@@ -33,7 +33,7 @@ def _is_current(code: types.CodeType, text: str) -> bool:
     with suppress(OSError):
         if code.co_filename != "<string>" and os.stat(code.co_filename).st_mtime < _BEGAN:
             return True
-        waiting = [compile(text, code.co_filename, "exec")]
+        waiting = [compile(text, code.co_filename, "exec", dont_inherit=True)]
         while waiting:
             each = waiting.pop()
             if each == code:
