@@ -246,7 +246,6 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["export", "foreign.h5md", "x.extxyz"], "foreign.h5md"),
         (["export", "foreign.h5md", "foreign.h5md"], "--overwrite"),
         (["measure", "foreign.h5md"], "foreign.h5md"),
-        (["compile", "nowhere.toml"], "nowhere.toml"),
         (["eos", "--eta", "a lot"], "must be numbers with commas"),
         (["eos", "--eta", "0.1:0.2:1"], "first:last:count"),
         (["eos", "--n", "many"], "must be integers"),

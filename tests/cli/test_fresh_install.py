@@ -32,7 +32,6 @@ TYPED = {
     "init": ("mine.toml",),
     "run": ("scene.toml", "--out", "out"),
     "resume": ("out",),
-    "compile": ("scene.toml",),
     "export": ("out/trajectory.h5md", "out.extxyz"),
     "info": ("out",),
     "measure": ("out/trajectory.h5md", "rdf", "--out", "measured"),

@@ -236,10 +236,6 @@ CASES = {
         "path": added((), ("finished",), lambda done: "a run, finished" in done.printed, True),
         "--json": added(("finished",), ("--json",), json_alone, True),
     },
-    "compile": {
-        "scenes": SILENT,  # tests/cli/test_compile.py
-        "--quiet": SILENT,
-    },
     "measure": {
         "path": added((), ("two.extxyz", "rdf", *OUT), made("out/rdf.csv"), True),
         "quantities": added(
@@ -528,7 +524,7 @@ PROGRESS = {name for name, each in COMMANDS.items() if any("--quiet" in one.opts
 
 
 def test_commands_that_take_long_can_be_quiet():
-    assert {*LONG, "measure", "export", "movie", "compile"} == PROGRESS
+    assert {*LONG, "measure", "export", "movie"} == PROGRESS
 
 
 @pytest.mark.parametrize("command", sorted(PROGRESS))

@@ -8,7 +8,7 @@ import pytest
 from helpers.commands import PLAN, assert_same_run, carom as command
 
 import carom
-from carom.compiling import compile_listeners
+from carom.compiling import entry
 from carom.errors import InputError
 from carom.observables.precision import FLOOR
 from carom.scene_file.scene_file import RunSpec, SceneFile
@@ -82,8 +82,8 @@ def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
 
 
 def test_seconds_of_earlier_sessions_count_for_the_wall_time(tmp_path, monkeypatch):
-    ahead, running = [0.0], compile_listeners.running
-    monkeypatch.setattr(compile_listeners, "running", lambda: running() + ahead[0])
+    ahead, running = [0.0], entry.running
+    monkeypatch.setattr(entry, "running", lambda: running() + ahead[0])
     plan = PRECISE.replace("3e-3", "1e-9\nwalltime = 20.0").replace("frames = 20", "frames = 200")
 
     def stop(fraction, stage):

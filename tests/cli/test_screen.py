@@ -21,7 +21,6 @@ from typer.testing import CliRunner
 from carom.cli import app, heartbeat, results, screen
 from carom.cli.tables import Screen
 from carom.cli.trouble import friendly
-from carom.compiling.compile_listeners import compiling
 from carom.errors import CaromWarning
 from carom.notebook import advance
 from carom.observables import Estimate
@@ -110,16 +109,14 @@ def test_a_table_without_rows_is_its_title_and_its_notes():
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
     with screen.watched() as progress:
-        progress(0.0, "Compiling")
+        progress(0.0, "Preparing")
         time.sleep(0.2)
         progress(0.25, "Measuring")
         time.sleep(0.2)
-        with compiling():
-            time.sleep(0.2)
     out, err = capsys.readouterr()
     assert out == ""
-    assert re.search(r"^\d+ s: Compiling$", err, re.MULTILINE)
-    assert re.search(r"^\d+ s: Measuring, 25 %\n\d+ s: Compiling$", err, re.MULTILINE)
+    assert re.search(r"^\d+ s: Preparing$", err, re.MULTILINE)
+    assert re.search(r"^\d+ s: Measuring, 25 %$", err, re.MULTILINE)
     time.sleep(0.15)
     assert capsys.readouterr().err == ""  # it is over
 
@@ -229,14 +226,6 @@ def test_a_bar_shows_no_percentage_before_something_is_done(monkeypatch, stage):
             (task,) = bar.tasks
             assert str(bar.columns[0](task)).strip() == percent
             assert (task.total is None) == (not percent)
-
-
-def test_a_bar_calls_compiling_so_whatever_it_said_before():
-    bar = Progress(*screen.columns())
-    bar.add_task("Packing", total=1.0)
-    with compiling():
-        assert str(bar.columns[0](bar.tasks[0])) == "Compiling"
-    assert str(bar.columns[0](bar.tasks[0])) == "Packing"
 
 
 def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():

@@ -20,7 +20,6 @@ from helpers.plain import uncompiled
 from numba import njit
 
 import carom
-import carom.compiling.dispatch  # compiles what models answer
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity

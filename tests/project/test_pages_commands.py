@@ -49,7 +49,6 @@ STUDY = "--n 32 --replicas 1 -j 1 --equilibration 2"
 SMALLER = {
     "carom code": "--tries 1 --hops 0 --starts 1 -j 1",
     "carom code .*--agree": "--tries 3 --hops 0 --starts 1 -j 1",
-    "carom compile": "--help",
     "carom eos": f"{STUDY} --eta 0.1 -c 5",
     "carom eos .*--relative-error": f"{STUDY} --eta 0.1 --relative-error 0.5",
     "carom movie": "--size 64",

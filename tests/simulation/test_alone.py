@@ -11,7 +11,7 @@ import pytest
 from helpers import forked
 
 import carom
-from carom.compiling import compile_listeners, dispatch
+from carom.compiling import entry
 from carom.engine import cycle
 from carom.errors import BusyError
 from carom.simulation.measuring import stretches
@@ -216,13 +216,13 @@ def test_a_forked_process_leaves_the_event_log_to_its_parent(tmp_path):
 
 def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(compile_listeners, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    monkeypatch.setattr(entry, "time", SimpleNamespace(perf_counter=lambda: now[0]))
     sim, run, passing = small(), cycle.run, 0.001
 
     def slowly(*arguments):
         if now[0] == 0.0:
-            with compile_listeners.compiling():
-                now[0] += 100.0
+            now[0] += 100.0
+            monkeypatch.setattr(entry, "_spent", entry._spent + 100.0)
         now[0] += passing
         return run(*arguments)
 
@@ -234,18 +234,14 @@ def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
     assert sim.run(collisions=30000, walltime=1.0).collisions < 30000
 
 
-def test_a_compiled_function_takes_no_wall_time_to_compile(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(compile_listeners, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    began = compile_listeners.running()
-
-    def compile_slowly(signature):
-        now[0] += 100.0
-
-    dispatch.watched(SimpleNamespace(compile=compile_slowly)).compile(())
-    now[0] += 1.0
-    # A hundred seconds and a difference of such: a rounding of 2^-46.
-    assert abs(compile_listeners.running() - began - 1.0) < 1e-12
+def test_compiling_is_told_apart_from_running(monkeypatch):
+    before = entry._spent
+    twice = entry.entry(lambda x: 2.0 * x)
+    assert twice(1.5) == 3.0
+    spent = entry._spent
+    assert spent > before or entry.DISABLED
+    assert twice(2.5) == 5.0
+    assert entry._spent == spent
 
 
 def test_a_negative_seed_is_one_sentence():

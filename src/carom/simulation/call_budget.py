@@ -6,7 +6,7 @@ three dimensions, and a second among the images of a box in twelve.
 
 from __future__ import annotations
 
-from carom.compiling.entry import running
+from carom.compiling import entry
 
 CYCLES, MOST_CYCLES = 20_000, 400_000
 """Cycles between two looks at whether a run comes nearer to its end: the first, and twice as many after each
@@ -33,10 +33,10 @@ class CallBudget:
         self._began = 0.0
 
     def __enter__(self) -> None:
-        self._began = running()
+        self._began = entry.running()
 
     def __exit__(self, *error: object) -> None:
-        spent = running() - self._began
+        spent = entry.running() - self._began
         if spent < SHORT:
             self.count = min(2 * self.count, self._most)
         elif spent > LONG:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block, weighted_sum
-from carom.compiling.entry import running
+from carom.compiling import entry
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.velocities import peculiar
@@ -74,7 +74,7 @@ def _advance(
 
     before, diameters, start = sums(run_state), run_state.diameters, run_state.clock.instant
     target = np.int64(UNLIMITED if collisions is None else min(before.collisions + collisions, UNLIMITED))
-    deadline = math.inf if walltime is None else running() + walltime
+    deadline = math.inf if walltime is None else entry.running() + walltime
     last_seen, last_instant = before.collisions, start
     only_end = end if walltime is None and collisions is None else None
     stall_detector = None
@@ -87,14 +87,14 @@ def _advance(
         engine = run_state.engine if callbacks is None else callbacks.watched(run_state.engine)
         cycles, unused = min(run_state.budget.count, left), 0
         _ask_ahead(run_state)
-        began = running()
+        began = entry.running()
         several = None if alone else run_state.executive
         if several is not None and several.window(stop, int(target)):
             code = constants.SPENT
         else:
             with run_state.budget:
                 code, unused = cycle.run(*engine, *stop, target, np.int64(cycles))
-        now = running()
+        now = entry.running()
         run_state.seconds += now - began
         wrong = error_message(run_state.engine.model.pair)
         if wrong is not None:

@@ -123,7 +123,7 @@ def order_tasks(all_events: AllEvents) -> list[tuple[Any, ...]]:
     longest = max(pages, key=len) if counts.any() else np.zeros(1)
     borders = longest[len(longest) * np.arange(1, len(pages)) // len(pages)]
     inside = np.array([np.searchsorted(page, borders) for page in pages])
-    bounds = np.vstack([np.zeros(len(pages), np.int64), inside.T, counts])
+    bounds = np.ascontiguousarray(np.vstack([np.zeros(len(pages), np.int64), inside.T, counts]))
     totals = bounds.sum(axis=1)
     return [
         (

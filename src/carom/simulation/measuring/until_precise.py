@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom.block import Block, weighted_sum
-from carom.compiling.entry import running
+from carom.compiling import entry
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
@@ -80,7 +80,7 @@ class _Stretch:
         predicted: Callable[[Prediction], object] | None,
     ):
         self._sim, self._observable, self._goal = sim, observable, goal
-        self._seconds, self._deadline = walltime, running() + walltime
+        self._seconds, self._deadline = walltime, entry.running() + walltime
         self._progress, self._predicted = progress, predicted
         self._source = Blocks(sim, block_collisions(sim.scene.n))
         self._capacity = 2 * max(blocks, 2 * FLOOR)
@@ -98,7 +98,7 @@ class _Stretch:
     def extend(self, length: int) -> int | None:
         """Run on to a length, and return the length then; None if the time is over before."""
         while self._length < length:
-            if len(self.blocks) >= 2 and running() >= self._deadline:
+            if len(self.blocks) >= 2 and entry.running() >= self._deadline:
                 return None
             self.blocks.append(self._source.next(self._size))
             self._rate.tick()
@@ -108,7 +108,7 @@ class _Stretch:
                 self.blocks = [merged(*pair) for pair in pairs]
                 self._size *= 2
             if self._progress is not None:
-                left = self._deadline - running()
+                left = self._deadline - entry.running()
                 fraction_spent = 1.0 - left / self._seconds if self._seconds < math.inf else 0.0
                 self._progress(min(max(self._length / self._expected, fraction_spent), 1.0))
         return self._length
@@ -139,7 +139,7 @@ class _Rate:
 
     def tick(self) -> None:
         """Count what came since the last tick."""
-        now = self._sim.collisions, running()
+        now = self._sim.collisions, entry.running()
         if self._last is not None:
             self._collisions += now[0] - self._last[0]
             self._seconds += now[1] - self._last[1]
@@ -148,7 +148,7 @@ class _Rate:
     def pause(self) -> None:
         """Leave out the time from the last tick until now."""
         if self._last is not None:
-            self._last = self._last[0], running()
+            self._last = self._last[0], entry.running()
 
     @property
     def collisions_per_second(self) -> float:

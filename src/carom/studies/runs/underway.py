@@ -11,7 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from carom import io
-from carom.compiling.entry import running
+from carom.compiling import entry
 from carom.errors import CaromWarning, InputError
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
@@ -76,7 +76,7 @@ class Run:
         self.stretch: Stretch
         self.writers: list[Writer] = []
         self._before = 0.0  # seconds spent in earlier sessions
-        self._began, self._due = running(), clock.perf_counter()
+        self._began, self._due = entry.running(), clock.perf_counter()
 
     # Beginning.
 
@@ -280,7 +280,7 @@ class Run:
 
     def _spent(self) -> float:
         """Return the seconds spent, in all sessions, without those of compiling."""
-        return self._before + running() - self._began
+        return self._before + entry.running() - self._began
 
     def _measure(self) -> None:
         """Run the remaining segments of the stretch, part by part, and write frames."""
