@@ -1,4 +1,4 @@
-"""The kernel as it is built: with and without compilation, with bounds checks, vectorised, on any processor."""
+"""The kernel as it is built: without compilation, with bounds checks, vectorised, on any processor."""
 
 import ast
 import shutil

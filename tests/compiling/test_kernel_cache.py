@@ -38,7 +38,8 @@ class Floor(NamedTuple):
 
 @encounter.register
 def _(obstacle: Floor, x, v, radius, growth):
-    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT + obstacle.by(obstacle.LIMIT) * units.scales.LENGTH - 1.0
+    more = obstacle.by(obstacle.LIMIT) * units.scales.LENGTH - 1.0
+    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT + more
 """
 GRAVITY = """
 import numpy
@@ -121,7 +122,9 @@ def test_an_edit_to_a_model_or_to_what_it_uses_is_seen_by_the_next_process(folde
     assert len(files(folder)) == 1  # the new code takes the place of the old
 
 
-TOLD = "import sys; print(flush=True); from probe import show; from floor_model import Floor; show(Floor(2.0))"
+TOLD = (
+    "import sys; print(flush=True); from probe import show; from floor_model import Floor; show(Floor(2.0))"
+)
 HOLDER = """
 import filelock, sys, time
 lock = filelock.FileLock(sys.argv[1])
@@ -151,18 +154,16 @@ def test_who_comes_second_waits_and_loads_what_the_first_has_compiled(folder, fi
     kept.unlink()
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
     command = [sys.executable, "-B", "-c", TOLD]
-    with holding(lock) as holder:
-        with subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
-        ) as process:
-            assert process.stdout is not None
-            process.stdout.readline()
-            with pytest.raises(subprocess.TimeoutExpired):
-                process.wait(4.0)  # it waits for longer than it takes to compile
-            if finished:
-                kept.write_bytes(content)
-            holder.kill()  # the lock of one that is killed ends with it
-            assert process.communicate(timeout=60)[0] == ("loaded 3\n" if finished else "compiled 3\n")
+    settings = {"cwd": folder, "env": environment, "stdout": subprocess.PIPE, "text": True}
+    with holding(lock) as holder, subprocess.Popen(command, **settings) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(4.0)  # it waits for longer than it takes to compile
+        if finished:
+            kept.write_bytes(content)
+        holder.kill()  # the lock of one that is killed ends with it
+        assert process.communicate(timeout=60)[0] == ("loaded 3\n" if finished else "compiled 3\n")
 
 
 def twice(x):
@@ -299,7 +300,7 @@ def importing(folder, monkeypatch):
 
 @pytest.fixture
 def digest(importing):
-    """Return a function that gives the digest of what a floor is made of; None where it cannot be followed."""
+    """Return a function that gives the digest of what a floor is made of, or None."""
 
     def of_floor():
         walk = stored.Walk()

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.twins import FINITE, FLOATS, INTEGERS, SMALL, assert_twins, bits, compiled
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 pytestmark = pytest.mark.needs("compiled code")
 
@@ -95,7 +94,13 @@ def of_other_types(values, table, k, x):
     bytes_ = np.array((200, 100), np.uint8)
     single = np.array((x, 0.1), dtype=np.float32)
     flags = np.array((x > 0.0, True))
-    return int(small[k % 3]) + 1, int(bytes_[0]) + 100, float(single[0]), float(single[1]), flags[0] and flags[1]
+    return (
+        int(small[k % 3]) + 1,
+        int(bytes_[0]) + 100,
+        float(single[0]),
+        float(single[1]),
+        flags[0] and flags[1],
+    )
 
 
 def chosen(values, table, k, x):
@@ -110,18 +115,23 @@ def chosen(values, table, k, x):
     return row[0]
 
 
-OF_ARRAYS = {
-    each.__name__: each
-    for each in (elements, parts, parts_of_rows, in_place)
-    + (made_here, copies, of_other_types, chosen)
-}
+OF_ARRAYS = (
+    elements,
+    parts,
+    parts_of_rows,
+    in_place,
+    made_here,
+    copies,
+    of_other_types,
+    chosen,
+)
 
 
-@pytest.mark.parametrize("name", OF_ARRAYS)
+@pytest.mark.parametrize("function", OF_ARRAYS, ids=lambda each: each.__name__)
 @given(INDEX, FINITE)
-def test_arrays(name, k, x):
+def test_arrays(function, k, x):
     with np.errstate(all="ignore"):
-        assert_twins(OF_ARRAYS[name], np.arange(4.0), np.arange(6.0).reshape(3, 2), k, x)
+        assert_twins(function, np.arange(4.0), np.arange(6.0).reshape(3, 2), k, x)
 
 
 @given(END, END)
@@ -135,7 +145,9 @@ def test_parts_of_an_array_of_any_length(low, high):
         assert_twins(part, np.arange(size + 0.0), low, high)
 
 
-@pytest.mark.parametrize("type_", ["int8", "uint8", "int16", "uint32", "int32", "int64", "float32", "float64", "bool"])
+@pytest.mark.parametrize(
+    "type_", ["int8", "uint8", "int16", "uint32", "int32", "int64", "float32", "float64", "bool"]
+)
 @given(SMALL)
 def test_arrays_of_every_type(type_, a):
     def changed(values, k, a):
@@ -149,7 +161,9 @@ def test_arrays_of_every_type(type_, a):
     assert_twins(changed, np.array([0, 1, 3, 0, 0]).astype(type_), 2, a % 100)
 
 
-ROW = np.dtype([("x", np.float64, (2,)), ("count", np.int32), ("flag", np.bool_), ("t", np.float64)], align=True)
+ROW = np.dtype(
+    [("x", np.float64, (2,)), ("count", np.int32), ("flag", np.bool_), ("t", np.float64)], align=True
+)
 
 
 @given(INDEX, FINITE)
@@ -264,7 +278,15 @@ def test_functions_of_the_c_library(name, x, y):
 def test_functions_that_python_or_numpy_compute_themselves(x, y):
     def near(x, y):
         ours = math.hypot(x, y), math.gamma(x), math.lgamma(x), np.exp(x), np.log(y), np.sin(x), np.cos(y)
-        return *ours, np.arctan2(x, y), np.arcsin(x / 9.0), np.tanh(y), np.power(x, y), np.expm1(x), np.hypot(x, y)
+        return (
+            *ours,
+            np.arctan2(x, y),
+            np.arcsin(x / 9.0),
+            np.tanh(y),
+            np.power(x, y),
+            np.expm1(x),
+            np.hypot(x, y),
+        )
 
     # Each has an error of a few units in the last place of its own; lgamma has roots at 1 and 2.
     for found, expected in zip(compiled(near)(x, y), near(x, y), strict=True):
@@ -273,7 +295,14 @@ def test_functions_that_python_or_numpy_compute_themselves(x, y):
 
 def test_outside_of_its_domain_a_function_is_nan_or_infinite_as_in_numpy():
     def outside(x):
-        return math.sqrt(x), math.log(x), math.asin(2.0 - x), math.log(x + 1.0), 1.0 / (x + 1.0), math.exp(999.0 - x)
+        return (
+            math.sqrt(x),
+            math.log(x),
+            math.asin(2.0 - x),
+            math.log(x + 1.0),
+            1.0 / (x + 1.0),
+            math.exp(999.0 - x),
+        )
 
     nan, inf = math.nan, math.inf
     assert bits(compiled(outside)(-1.0)) == bits((nan, nan, nan, -inf, inf, inf))

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from helpers.twins import FINITE, LARGEST, LEAST, SMALL, assert_twins, bits, compiled
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from carom.compiling import registry
 
@@ -203,7 +202,7 @@ def branches(a, b):
 
 def nothing_and_something(a, b):
     chosen = None if TABLE[2] == 4 else a
-    if chosen is None:
+    if chosen is None:  # noqa: SIM108
         other = b
     else:
         other = chosen
@@ -222,7 +221,7 @@ def indexed(a, b):
 
 def joined(a, b):
     t = (a, *TABLE[:2], b)
-    return t + (b,), len(t), t[1:3], t[::-1], t[-2:]
+    return t + (b,), len(t), t[1:3], t[::-1], t[-2:]  # noqa: RUF005
 
 
 def helper(x, y=2, *rest):
@@ -246,7 +245,15 @@ def returns_often(x):
 
 def calls(a, b):
     t = (a, b)
-    return helper(a), helper(a, b), helper(a, y=b), helper(y=a, x=b), helper(*t), helper(a, *t, b), returns_often(a)
+    return (
+        helper(a),
+        helper(a, b),
+        helper(a, y=b),
+        helper(y=a, x=b),
+        helper(*t),
+        helper(a, *t, b),
+        returns_often(a),
+    )
 
 
 def models(a, b):
@@ -257,7 +264,16 @@ def models(a, b):
     if a > b:
         pair = Pair(q, p, 4)
     x, y = pair.second
-    return pair, p.norm(), pair.first.norm() + x * y, pair[1].x, p.moved(b).x, Point.least(a, b), p.least(a, 3), origin
+    return (
+        pair,
+        p.norm(),
+        pair.first.norm() + x * y,
+        pair[1].x,
+        p.moved(b).x,
+        Point.least(a, b),
+        p.least(a, 3),
+        origin,
+    )
 
 
 def asserted(a, b):
@@ -265,18 +281,34 @@ def asserted(a, b):
     return a if a else b
 
 
-FLOWS = {
-    each.__name__: each
-    for each in (break_and_else, continues, whiles, nested, early, backwards, few_rounds, tuples_in_loops)
-    + (swaps, loop_names, over_tuples, over_arrays, branches, nothing_and_something, enums, indexed)
-    + (joined, calls, models, asserted)
-}
+FLOWS = (
+    break_and_else,
+    continues,
+    whiles,
+    nested,
+    early,
+    backwards,
+    few_rounds,
+    tuples_in_loops,
+    swaps,
+    loop_names,
+    over_tuples,
+    over_arrays,
+    branches,
+    nothing_and_something,
+    enums,
+    indexed,
+    joined,
+    calls,
+    models,
+    asserted,
+)
 
 
-@pytest.mark.parametrize("name", FLOWS)
+@pytest.mark.parametrize("function", FLOWS, ids=lambda each: each.__name__)
 @given(SMALL, SMALL)
-def test_statements(name, a, b):
-    assert_twins(FLOWS[name], a, b)
+def test_statements(function, a, b):
+    assert_twins(function, a, b)
 
 
 @given(st.sampled_from([LEAST, LEAST + 1, -3, 0, 2, LARGEST - 3, LARGEST - 1, LARGEST]), st.integers(0, 40))

@@ -60,7 +60,15 @@ def spoken(x):
 
 def asked(a, x):
     flags = larger(a, 3), larger(x, a), opposite(a > 0), opposite(larger(2, a))
-    return doubled(a), doubled(x), chosen(a > 0, a, x), chosen(True, 1, 2.5), flags, four(), float(halved(np.float32(x)))
+    return (
+        doubled(a),
+        doubled(x),
+        chosen(a > 0, a, x),
+        chosen(True, 1, 2.5),
+        flags,
+        four(),
+        float(halved(np.float32(x))),
+    )
 
 
 @given(SMALL, FINITE)

@@ -292,7 +292,9 @@ class Calls(Arrays):
 
     def _foreign(self, function: Any, arguments: list[Any]) -> Any:
         """Return what a function compiled by Numba gives: its address is a word of the context."""
-        arguments = [each if each.type.is_float or each.type is BOOL else self.wide(each) for each in arguments]
+        arguments = [
+            each if each.type.is_float or each.type is BOOL else self.wide(each) for each in arguments
+        ]
         kinds = tuple(each.type for each in arguments)
         place, result = self.module.foreign_function(function, kinds)
         octet = OF_CLASS[np.uint8]  # what C has for a bool

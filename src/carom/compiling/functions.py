@@ -99,7 +99,11 @@ def _intrinsic(name: str, fold: Callable[[float], float]) -> Handler:
         value = self.number(value)
         if not value.type.is_float and name in ("floor", "ceil", "trunc"):
             return self.wide(value)
-        if isinstance(value, Known) and value.type is not FLOAT32 and not (name == "sqrt" and value.value < 0):
+        if (
+            isinstance(value, Known)
+            and value.type is not FLOAT32
+            and not (name == "sqrt" and value.value < 0)
+        ):
             return Known(float(fold(float(value.value))), FLOAT64)
         if not value.type.is_float:
             value = self.cast(self.wide(value), FLOAT64)

@@ -79,7 +79,9 @@ class Module:
         for k, (key, _, result) in enumerate(self.foreign):
             if key == (function, kinds):
                 return self.size + k, result
-        number = self.fault(f"RuntimeError: {function.__name__}, which Numba has compiled, has raised an error")
+        number = self.fault(
+            f"RuntimeError: {function.__name__}, which Numba has compiled, has raised an error"
+        )
         compiled, result = _compiled_by_numba(function, kinds, number)
         self.foreign.append(((function, kinds), compiled.address, result))
         _KEPT.append(compiled)

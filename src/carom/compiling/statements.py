@@ -212,10 +212,14 @@ class Translator(Calls):
         def way(each: Any) -> Any:
             value = self.expr(scope, each)
             if getattr(value, "type", None) is not BOOL:
-                raise Untranslatable(f"and and or join bools here, found {described(value)}: write a if b else c")
+                raise Untranslatable(
+                    f"and and or join bools here, found {described(value)}: write a if b else c"
+                )
             return value
 
-        return self._decided(isinstance(node.op, ast.And), [lambda each=each: way(each) for each in node.values])
+        return self._decided(
+            isinstance(node.op, ast.And), [lambda each=each: way(each) for each in node.values]
+        )
 
     def condition(self, scope: Scope, node: Any) -> Any:
         """Return the truth of an expression; and and or may join anything there."""
@@ -385,7 +389,12 @@ class Translator(Calls):
             value = self.expr(scope, value)
         if len(parts) == 1 or not cuts:
             return self._assign_all(array, value, operation)
-        if len(cuts) > 1 or parts[cuts[0]].step or len(parts) != len(array.lengths) or isinstance(value, Array | Several):
+        if (
+            len(cuts) > 1
+            or parts[cuts[0]].step
+            or len(parts) != len(array.lengths)
+            or isinstance(value, Array | Several)
+        ):
             raise Untranslatable("these parts of an array are not known here: write a loop")
         cut = parts[cuts[0]]
         given = [None if isinstance(each, ast.Slice) else self.expr(scope, each) for each in parts]
@@ -600,7 +609,9 @@ def _told(node: Any) -> str:
     """Return what an error says; numbers are told by their names."""
     parts = node.values if isinstance(node, ast.JoinedStr) else [node]
     parts = [each.value if isinstance(each, ast.FormattedValue) else each for each in parts]
-    words = (str(each.value) if isinstance(each, ast.Constant) else f"({ast.unparse(each)})" for each in parts)
+    words = (
+        str(each.value) if isinstance(each, ast.Constant) else f"({ast.unparse(each)})" for each in parts
+    )
     return "".join(words).replace("{", "(").replace("}", ")")
 
 

@@ -243,7 +243,7 @@ class Walk:
                 self.visit_parts(scope[name], code.co_names, set())
 
     def visit_parts(self, value: Any, names: tuple[str, ...], seen: set[str]) -> None:
-        """Note a value; of a module all that has one of the names, and of one known by its version the numbers."""
+        """Note a value; of a module what has one of the names, of one known by its version the numbers."""
         self.visit(value)
         if isinstance(value, types.ModuleType) and value.__name__ not in seen:
             seen.add(value.__name__)
