@@ -232,6 +232,8 @@ class Arrays(Arithmetic):
         value = self.get(value)
         if isinstance(value, Lined):
             value = value.array
+        if isinstance(value, Known):
+            value = self.constant(value)
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
             if name.startswith("_"):
