@@ -1,31 +1,24 @@
-"""The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
+"""The kernel as it is built: without compilation, with bounds checks, vectorised, on any processor."""
 
+import ast
 import shutil
+import types
+from functools import cache
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 from helpers.scripts import python
 from helpers.tiny import run_tiny
-from numba.core import event
 
 import carom
-from carom.compiling import dispatch, registry, simd
-from carom.engine.state import row_type
+from carom.compiling import machine, source, stored
+from carom.compiling.entry import Translated, entry
+from carom.engine import cycle
+from carom.models.interactions.wells import SquareWell
+from carom.models.motions.gravity import Gravity
 
-
-class Names(event.Listener):
-    """The functions that are compiled, in their order."""
-
-    def __init__(self):
-        self.compiled = []
-
-    def on_start(self, begun):
-        self.compiled.append(begun.data["dispatcher"].py_func.__name__)
-
-    def on_end(self, ended):
-        pass
+PACKAGE = Path(carom.__file__).parent
 
 
 @pytest.mark.slow
@@ -35,21 +28,52 @@ def test_plain_python_gives_the_same_bits():
 
 @pytest.mark.slow
 def test_no_index_is_out_of_bounds(tmp_path):
-    # Bounds checks are no part of the cache's key.
-    checked = run_tiny(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))
-    assert checked == run_tiny()
+    assert run_tiny(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path)) == run_tiny()
+
+
+@pytest.mark.slow
+@pytest.mark.needs("an x86-64 processor")
+@pytest.mark.parametrize("name", ["haswell", "nehalem"])  # AVX2, and registers of two doubles
+def test_other_processors_give_the_same_bits(name, tmp_path):
+    assert run_tiny(NUMBA_CPU_NAME=name, NUMBA_CACHE_DIR=str(tmp_path)) == run_tiny()
+
+
+CHECKED = """
+import numpy as np
+from carom.compiling.entry import entry
+
+def element(table, i, j):
+    return table[i, j]
+
+asked = entry(element)
+print(asked(np.arange(6.0).reshape(2, 3), 1, -1))
+for i, j in ((2, 0), (0, 3), (0, -4)):
+    try:
+        print(asked(np.zeros((2, 3)), i, j))
+    except IndexError as error:
+        print(error)
+"""
+
+
+def test_an_index_out_of_bounds_is_an_error_where_indices_are_checked(tmp_path):
+    (tmp_path / "checked.py").write_text(CHECKED)
+    said = python("checked.py", cwd=tmp_path, NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert said.splitlines() == [
+        "5.0",
+        "index 2 of an array of 2",
+        "index 3 of an array of 3",
+        "index -1 of an array of 3",  # counted from the beginning
+    ]
 
 
 @pytest.mark.slow
 def test_an_edited_kernel_is_compiled_anew(tmp_path):
-    source = tmp_path / "src"
-    shutil.copytree(
-        Path(carom.__file__).parent, source / "carom", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    settings = {"source": source, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    folder = tmp_path / "src"
+    shutil.copytree(PACKAGE, folder / "carom", ignore=shutil.ignore_patterns("__pycache__"))
+    settings = {"source": folder, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     first = run_tiny(**settings)
     assert first == run_tiny()
-    pair = source / "carom" / "models" / "interactions" / "hard_cores.py"
+    pair = folder / "carom" / "models" / "interactions" / "hard_cores.py"
     text = pair.read_text()
     # A little too elastic: half of the impulse would leave pairs at rest at contact, and the run never ends.
     edited = text.replace("    factor = rv / rr\n", "    factor = 1.0000001 * rv / rr\n")
@@ -58,79 +82,93 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
     assert run_tiny(**settings) != first
 
 
-def test_room_on_the_stack_is_that_of_the_function_that_asks_for_it():
-    # In a function of its own, which is inlined, its life would end before it is used.
-    def asks(rows):
-        return len(simd.candidate_block(rows)[0])
+FLUID = carom.Scene.crystal(cells=2, packing_fraction=0.3)
+DISKS = carom.Scene.random(12, 0.3, 2, walls="y", obstacles=[carom.models.Ball((1.0, 3.0), 0.3)], seed=1)
+SCENES = {
+    "fluid": (FLUID, "lists"),
+    "well": (FLUID.replace(interaction=SquareWell(1.5, 1.0)), "lists"),
+    "disks": (DISKS, "sectors"),
+    "falling": (DISKS.replace(motion=Gravity((0.0, -1.0))), "sectors"),
+    "gas": (carom.Scene.random(64, dimension=3, packing_fraction=1e-6, seed=1), "all"),
+}
 
-    names = Names()
-    with event.install_listener("numba:compile", names):
-        assert numba.njit(**dispatch.ENTRY)(asks)(np.zeros(3, row_type(3)).view(np.recarray)) == 8
-    assert names.compiled == ["asks"]
+
+def engine_of(name):
+    scene, neighbors = SCENES[name]
+    return carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=neighbors))._state.engine
 
 
-def test_an_inlined_function_is_compiled_once_for_all_its_callers():
-    @registry.inner
-    def half(x):
-        return 0.5 * x
+@cache
+def imported(module):
+    """Return where the names of a module come from that it imports from this package."""
+    tree = ast.parse((PACKAGE / Path(*module.split(".")[1:])).with_suffix(".py").read_text(encoding="utf-8"))
+    found = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module]
+    return {alias.asname or alias.name: node.module for node in found for alias in node.names}
 
-    @registry.inner
-    def quarter(x):
-        return half(half(x))
 
-    @numba.njit(**dispatch.ENTRY)
-    def both(x):
-        return half(x) + quarter(x)
-
-    names = Names()
-    with event.install_listener("numba:compile", names):
-        assert both(4.0) == 3.0
-    assert sorted(names.compiled) == ["both", "half", "quarter"]
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("name", SCENES)
+def test_all_that_is_compiled_lies_where_the_sources_count(name, monkeypatch):
+    monkeypatch.setattr(source, "_plans", {})
+    Translated(cycle.run.__wrapped__, (*engine_of(name), 0, 0.0, 1, 1), "run")
+    functions = [each for each in source._plans if each.__module__.startswith("carom.")]
+    assert len(functions) > 50
+    for function in functions:
+        assert function.__module__.split(".")[1] in stored.ROOMS, function
+        for used in function.__code__.co_names:
+            value, place = function.__globals__.get(used), imported(function.__module__).get(used, "")
+            if not isinstance(value, types.ModuleType | type) and place.startswith("carom."):
+                assert place.split(".")[1] in stored.ROOMS, (function, used)
 
 
 @pytest.mark.needs("an x86-64 processor")
 @pytest.mark.usefixtures("unscheduled")
-@pytest.mark.parametrize("kind", ["lists", "sectors"])
-def test_the_search_for_a_partner_is_vectorised(kind):
-    from carom.compiling.borrowed import borrowed
-
-    from carom.engine import cycle
-
-    sim = carom.Simulation(
-        carom.Scene.crystal(cells=5, packing_fraction=0.3), seed=1, tuning=carom.Tuning(neighbors=kind)
-    )
-    engine = sim._state.engine
-
-    @numba.njit(**dispatch.STRICT)
+@pytest.mark.parametrize("name", ["fluid", "disks"])
+def test_the_search_for_a_partner_is_vectorised(name):
     def search(model, state, neighbors, i, now):
-        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         return cycle.search(model, state, neighbors, i, now, 0, cycle.NO_REF)
 
-    search.compile(tuple(map(numba.typeof, (engine.model, engine.state, engine.neighbors, 0, 0.0))))
-    (listing,) = search.inspect_asm().values()
+    engine = engine_of(name)
+    translated = Translated(search, (engine.model, engine.state, engine.neighbors, 0, 0.0), "search")
+    listing = machine.assembly(translated.text).splitlines()
     for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
-        lines = [line for line in listing.splitlines() if instruction in line]
-        assert lines, f"no {instruction}: the loop over candidates is not vectorised"
+        assert any(instruction in line for line in listing), f"no {instruction}: it is not vectorised"
 
 
-def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
-    # As after an upgrade that renamed a model, or without the module of somebody's own obstacle.
-    (tmp_path / "doubling.py").write_text(
-        "from carom.compiling.dispatch import entry\n@entry\ndef double(model):\n    return 2.0 * model[0]\n"
-    )
-    models = tmp_path / "models.py"
-    own = "from typing import NamedTuple\nclass Own(NamedTuple):\n    x: float\n"
-    plain = "from doubling import double; print(double((1.5,)))"
-    for content, program, expected in (
-        (own, "from doubling import double; from models import Own; print(double(Own(1.0)))", "2.0"),
-        ("", plain, "3.0"),
-        (own, "from doubling import double; from models import Own; print(double(Own(2.0)))", "4.0"),
-        (None, plain, "3.0"),
-    ):
-        models.unlink(missing_ok=True)
-        if content is not None:
-            models.write_text(content)
-        said = python("-B", "-c", program, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
-        assert said.strip() == expected
-    # Files are named after what is in them: processes that save at the same time do not mix them up.
-    assert len(list((tmp_path / "cache").rglob("*.nbc"))) == 2
+def test_a_loop_whose_rounds_depend_on_each_other_is_not_called_vectorised():
+    def roots(values):
+        for k in range(1, len(values)):
+            values[k] = np.sqrt(values[k] + values[k - 1])
+        return values[-1]
+
+    listing = machine.assembly(Translated(roots, (np.ones(9),), "roots").text)
+    assert "sqrtsd" in listing
+    assert "sqrtpd" not in listing
+
+
+def test_private_parts_of_numba_are_used_nowhere_and_llvmlite_in_two_files():
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
+            for name in names:
+                assert not name.startswith("numba."), path
+                if name.partition(".")[0] == "llvmlite":
+                    assert path.relative_to(PACKAGE).as_posix() in (
+                        "compiling/machine.py",
+                        "compiling/stored.py",
+                    )
+
+
+def test_what_an_entry_point_is_given_may_be_of_any_kind():
+    def taken(numbers, arrays, nothing):
+        whole, real, flag = numbers
+        return (arrays[0][whole] + real, flag, nothing is None, len(arrays)), whole
+
+    asked = entry(taken)
+    for whole in (1, np.int64(1), np.uint64(1), np.int8(1)):
+        for real in (0.5, np.float64(0.5), np.float32(0.5)):
+            numbers = whole, real, np.bool_(True)
+            assert asked(numbers, (np.arange(3.0),), None) == ((1.5, True, True, 1), 1)
+    with pytest.raises(ValueError, match="must be contiguous"):
+        asked((1, 0.5, True), (np.arange(6.0)[::2],), None)

@@ -1,105 +1,104 @@
 """Compiled code on disk: used again where nothing has changed, and never where something has."""
 
 import contextlib
+import errno
 import importlib
+import linecache
 import os
 import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import NamedTuple
 
-import numba
 import pytest
-from carom.compiling.code_digest import digest_of
-from carom.compiling.compile_listeners import listening
-from carom.compiling.dispatch import entry
-from numba import types
+from helpers.scripts import python
 
-from carom.compiling import cache
-from carom.jit import compiled, compiled_on_call
+from carom.compiling import machine, stored
+from carom.compiling.entry import entry
 from carom.models.questions.obstacle import encounter
+
+pytestmark = pytest.mark.needs("compiled code")
 
 MODEL = """
 from typing import NamedTuple
 
 import gravity
+import units.scales
 from carom.models.questions.obstacle import encounter
 from heights import HEIGHT
 
 class Floor(NamedTuple):
     x: float
+    LIMIT = 1
+
+    def by(self, by):
+        return 2.0 * by - units.scales.Kind.HARD
 
 @encounter.register
 def _(obstacle: Floor, x, v, radius, growth):
-    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT
+    more = obstacle.by(obstacle.LIMIT) * units.scales.LENGTH - 1.0
+    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT + more
 """
 GRAVITY = """
-import numba
 import numpy
-from carom.compiling.registry import fast, inner
+from carom.compiling.registry import approximate, fast
 from strength import pull
 
 TENTH = 0.1
 
-@inner
+@fast
 def fall(x):
     return TENTH * pull(x)
 """
 STRENGTH = """
-import numba
-
-@numba.njit
 def pull(x):
     return 1.0 * x
 """
 HEIGHT = "HEIGHT = float(open('height.txt').read())\n"
 PROBE = """
-from carom.compiling.dispatch import entry
-from carom.compiling.compile_listeners import listening
+from carom.compiling import machine
+from carom.compiling.entry import entry
 from carom.models.questions.obstacle import encounter
+
+said, compile_ = [], machine.machine_code
+machine.machine_code = lambda text: said.append(text) or compile_(text)
 
 @entry
 def probe(obstacle, x):
     return encounter(obstacle, x, 0.0, 0.0, 0.0)
 
 def show(obstacle):
-    said = []
-    with listening(said.append):
-        time = probe(obstacle, 10.0)
+    said.clear()
+    time = probe(obstacle, 10.0)
     print("compiled" if said else "loaded", f"{time:.6g}")
 """
 PROGRAM = "from probe import show; from floor_model import Floor; show(Floor(2.0))"
+FILES = {
+    "floor_model.py": MODEL,
+    "gravity.py": GRAVITY,
+    "strength.py": STRENGTH,
+    "heights.py": HEIGHT,
+    "height.txt": "0.0",
+    "probe.py": PROBE,
+    "units/__init__.py": "",
+    "units/scales.py": "import enum\nLENGTH = 1.0\nclass Kind(enum.IntEnum):\n    HARD = 1\n",
+}
 
 
 @pytest.fixture
 def folder(tmp_path):
-    for name, text in (
-        ("floor_model.py", MODEL),
-        ("gravity.py", GRAVITY),
-        ("strength.py", STRENGTH),
-        ("heights.py", HEIGHT),
-        ("height.txt", "0.0"),
-        ("probe.py", PROBE),
-    ):
+    (tmp_path / "units").mkdir()
+    for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     return tmp_path
-
-
-def cached(folder):
-    """Return the environment of processes that keep their code there."""
-    return {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
 
 
 def run(folder, program=PROGRAM):
     """Return what a process of its own says: whether the code was compiled or loaded, and the time."""
     (folder / "program.py").write_text(program)
-    command = [sys.executable, "-B", "program.py"]
-    done = subprocess.run(
-        command, cwd=folder, env=cached(folder), capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    return python("-B", "program.py", cwd=folder, NUMBA_CACHE_DIR=str(folder / "cache")).strip()
 
 
 def edit(path, old, new):
@@ -108,35 +107,24 @@ def edit(path, old, new):
     path.write_text(text.replace(old, new))
 
 
+def files(folder):
+    return [*(folder / "cache").rglob("*.o")]
+
+
 def test_an_edit_to_a_model_or_to_what_it_uses_is_seen_by_the_next_process(folder):
     assert run(folder) == "compiled 3"
     edit(folder / "floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x")
     assert run(folder) == "compiled 5"
     edit(folder / "strength.py", "1.0 * x", "3.0 * x")  # which the model's helper calls
     assert run(folder) == "compiled 7"
-    edit(folder / "gravity.py", "import numba\n", "import numba  # what compiles\n")  # nothing that matters
+    edit(folder / "gravity.py", "import numpy\n", "import numpy  # what counts\n")  # nothing that matters
     assert run(folder, PROGRAM + "; show(Floor(3.0))") == "loaded 7\nloaded 9"
-    # The new code takes the place of the old.
-    assert len(list((folder / "cache").rglob("*.nbc"))) == 1
+    assert len(files(folder)) == 1  # the new code takes the place of the old
 
 
-def test_what_is_compiled_already_is_loaded_without_what_compiles(folder):
-    """Numba's implementations of Python's types are imported once something is compiled after all."""
-    program = (
-        "import sys; from probe import show; from floor_model import Floor; import numba\n"
-        "show(Floor(2.0)); print('numba.typed.typedlist' in sys.modules, numba.njit(lambda x: [x, x])(1))"
-    )
-    assert run(folder, program) == "compiled 3\nTrue [1, 1]"
-    assert run(folder, program) == "loaded 3\nFalse [1, 1]"
-
-
-TOLD = """
-from carom.compiling.compile_listeners import listening
-with listening(lambda news: print(news, flush=True)):
-    from probe import probe
-    from floor_model import Floor
-    print(probe(Floor(2.0), 10.0))
-"""
+TOLD = (
+    "import sys; print(flush=True); from probe import show; from floor_model import Floor; show(Floor(2.0))"
+)
 HOLDER = """
 import filelock, sys, time
 lock = filelock.FileLock(sys.argv[1])
@@ -147,84 +135,147 @@ time.sleep(600)
 
 
 @contextlib.contextmanager
-def busy(folder):
-    """Let another process hold the lock of the only code that is kept, which is gone."""
-    run(folder)
-    (kept,), (lock,) = folder.rglob("*.nbc"), folder.rglob("*.lock")
-    content = kept.read_bytes()
-    kept.unlink()
+def holding(lock):
+    """Let another process hold a lock, as one that compiles."""
     with subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE) as holder:
         assert holder.stdout is not None
         try:
             holder.stdout.readline()
-            yield holder, lambda: kept.write_bytes(content)
+            yield holder
         finally:
             holder.kill()
 
 
-@contextlib.contextmanager
-def telling(folder):
-    """Let a process compile, or load, and say what it does."""
-    command, said = [sys.executable, "-B", "-c", TOLD], subprocess.PIPE
-    with subprocess.Popen(command, cwd=folder, env=cached(folder), stdout=said, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "Waiting for another process, which compiles probe (Floor).\n"
-        yield process
-
-
-def test_who_comes_second_waits_and_loads_what_the_first_has_compiled(folder):
-    with busy(folder) as (holder, compile_), telling(folder) as process:
-        compile_()
-        holder.kill()
-        assert process.communicate(timeout=60)[0] == "3.0\n"
-
-
-def test_a_killed_compiler_keeps_nobody_waiting(folder):
-    with busy(folder) as (holder, _), telling(folder) as process:
-        holder.kill()
-        said = process.communicate(timeout=60)[0].splitlines()
-        # Of what it calls, nothing is told.
-        assert [line for line in said if line] == [
-            "Compiling probe (Floor), which is new here: ten seconds or more.",
-            "3.0",
-        ]
-
-
-def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(cache, "PATIENCE", 0.5)
-    assert entry(twice)(1.5) == 3.0
-    (kept,), (lock,) = tmp_path.rglob("*.nbc"), tmp_path.rglob("*.lock")
+@pytest.mark.parametrize("finished", [True, False])
+def test_who_comes_second_waits_and_loads_what_the_first_has_compiled(folder, finished):
+    run(folder)
+    (kept,), (lock,) = files(folder), folder.rglob("*.lock")
+    content = kept.read_bytes()
     kept.unlink()
-    said, times = [], []
-    with subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE) as holder:
-        assert holder.stdout is not None
-        holder.stdout.readline()
-        with listening(said.append), listening(lambda _: times.append(time.monotonic())):
-            assert entry(twice)(1.5) == 3.0
-        holder.kill()
-    assert said == [
-        "Waiting for another process, which compiles twice.",
-        "Compiling twice, which is new here: ten seconds or more.",
-    ]
-    assert times[1] - times[0] >= 0.5
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    command = [sys.executable, "-B", "-c", TOLD]
+    settings = {"cwd": folder, "env": environment, "stdout": subprocess.PIPE, "text": True}
+    with holding(lock) as holder, subprocess.Popen(command, **settings) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(4.0)  # it waits for longer than it takes to compile
+        if finished:
+            kept.write_bytes(content)
+        holder.kill()  # the lock of one that is killed ends with it
+        assert process.communicate(timeout=60)[0] == ("loaded 3\n" if finished else "compiled 3\n")
 
 
-def test_code_that_checks_bounds_has_files_of_its_own(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    for checked in (None, 1):
-        monkeypatch.setattr(cache.config, "BOUNDSCHECK", checked)
+def twice(x):
+    return 2.0 * x
+
+
+@pytest.fixture
+def result(tmp_path, monkeypatch):
+    """Return a function that says whether code was compiled or loaded, in this process."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    said, compile_ = [], machine.machine_code
+    monkeypatch.setattr(machine, "machine_code", lambda text: said.append(text) or compile_(text))
+
+    def asked():
+        said.clear()
         assert entry(twice)(1.5) == 3.0
-    assert len([*tmp_path.rglob("*.nbc")]) == 2
+        return "compiled" if said else "loaded"
+
+    return asked
 
 
-def test_it_is_told_how_long_the_last_one_took(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    entry(twice)(1.5)
-    said = []
-    with listening(said.append):
-        entry(twice)(1)
-    assert said == ["Compiling twice, which is new here: it took 0 s the last time."]
+def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, monkeypatch, result):
+    monkeypatch.setattr(stored, "PATIENCE", 0.5)
+    assert result() == "compiled"
+    (kept,), (lock,) = tmp_path.rglob("*.o"), tmp_path.rglob("*.lock")
+    kept.unlink()
+    with holding(lock):
+        began = time.monotonic()
+        assert result() == "compiled"
+    assert time.monotonic() - began >= 0.5
+
+
+def test_code_that_checks_bounds_or_is_for_another_processor_has_files_of_its_own(
+    tmp_path, monkeypatch, result
+):
+    assert result() == "compiled"
+    with monkeypatch.context() as other:
+        other.setattr("carom.compiling.entry.CHECKED", True)
+        assert [result(), result()] == ["compiled", "loaded"]
+    with monkeypatch.context() as other:
+        other.setattr(machine, "processor", lambda: ("another", ""))
+        assert [result(), result()] == ["compiled", "loaded"]
+    assert result() == "loaded"
+    assert len([*tmp_path.rglob("*.o")]) == 3
+
+
+def flipped(at):
+    """Return a function that changes one byte of a file's content."""
+    return lambda content: content[:at] + bytes([content[at] ^ 255]) + content[at + 1 :]
+
+
+DAMAGES = {
+    "cut": lambda content: content[:500],
+    "emptied": lambda content: b"",
+    "overwritten": lambda content: bytes(len(content)),
+    "longer": lambda content: content + b"x",
+    "its checksum": flipped(3),
+    "its facts": flipped(40),
+    "its middle": lambda content: flipped(len(content) // 2)(content),
+    "somebody's": lambda content: b"a poem\n",
+}
+
+
+def test_a_damaged_file_is_compiled_again(tmp_path, result):
+    # A changed byte in the header of the machine code ended the process that loaded it.
+    assert [result(), result()] == ["compiled", "loaded"]
+    (kept,) = tmp_path.rglob("*.o")
+    whole = kept.read_bytes()
+    for name, damage in DAMAGES.items():
+        kept.write_bytes(damage(whole))
+        assert [result(), result()] == ["compiled", "loaded"], name
+    kept.unlink()
+    kept.mkdir()  # nothing can be stored there
+    assert [result(), result()] == ["compiled", "compiled"]
+    assert not [*tmp_path.rglob("*.o.*")]
+
+
+def test_a_folder_that_is_gone_full_or_no_folder_is_no_reason_to_stop(tmp_path, monkeypatch, result):
+    assert result() == "compiled"
+    shutil.rmtree(tmp_path / "carom")
+    assert result() == "compiled"
+    shutil.rmtree(tmp_path / "carom")
+    (tmp_path / "carom").write_text("")
+    assert [result(), result()] == ["compiled", "compiled"]
+    (tmp_path / "carom").unlink()
+
+    def full(path, content):
+        Path.open(path, "wb").close()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as drive:
+        drive.setattr(Path, "write_bytes", full)
+        assert [result(), result()] == ["compiled", "compiled"]
+    assert [*tmp_path.rglob("*.o*")] == []
+
+
+@pytest.mark.needs("a user who is not root")
+def test_a_folder_that_cannot_be_written_is_no_reason_to_stop(tmp_path, result):
+    (tmp_path / "carom").mkdir(mode=0o500)
+    assert [result(), result()] == ["compiled", "compiled"]
+
+
+def test_where_nothing_can_be_written_beside_carom_it_is_in_the_user_s_folder(tmp_path, monkeypatch, result):
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    beside, home = stored.folders()
+    assert home == tmp_path / "home" / "carom"
+    assert beside.name == "compiled"
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr(stored, "folders", lambda: [tmp_path / "file" / "compiled", home])
+    assert [result(), result()] == ["compiled", "loaded"]
+    assert len([*home.glob("*.o")]) == 1
 
 
 @pytest.fixture
@@ -235,8 +286,8 @@ def importing(folder, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def forget():
-        for path in folder.glob("*.py"):
-            sys.modules.pop(path.stem, None)
+        for name in ("units", "units.scales", *(path.stem for path in folder.glob("*.py"))):
+            sys.modules.pop(name, None)
         importlib.invalidate_caches()
 
     def module(name):
@@ -249,11 +300,15 @@ def importing(folder, monkeypatch):
 
 @pytest.fixture
 def digest(importing):
-    """Return a function that gives the digest of what a floor is made of."""
+    """Return a function that gives the digest of what a floor is made of, or None."""
 
     def of_floor():
-        floor = importing("floor_model").Floor
-        return digest_of(encounter, (types.NamedTuple((types.float64,), floor),))
+        walk = stored.Walk()
+        try:
+            walk.visit_classes([importing("floor_model").Floor])
+        except stored.Unknown:
+            return None
+        return walk.found.hexdigest()
 
     return of_floor
 
@@ -264,12 +319,17 @@ def digest(importing):
         ("floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x"),  # the model
         ("floor_model.py", "x: float\n", "x: float = 1.0\n"),  # a default
         ("gravity.py", "TENTH * pull(x)", "TENTH + pull(x)"),  # a function that it calls
-        ("gravity.py", "@inner", "@fast"),  # how that is compiled
+        ("gravity.py", "@fast", "@approximate"),  # how that is compiled
+        ("gravity.py", "@fast\n", ""),
         ("gravity.py", "TENTH = 0.1", "TENTH = 0.2"),  # a number that it reads
         ("gravity.py", "TENTH = 0.1", "TENTH = numpy.array([0.1])"),
         ("strength.py", "1.0 * x", "3.0 * x"),  # a function that this calls, in a third file
-        ("strength.py", "numba.njit\n", "numba.njit(fastmath=True)\n"),
+        ("strength.py", "(x)", "(x, y=1.0)"),
         ("height.txt", "0.0", "0.5"),  # a number that no source holds
+        ("floor_model.py", "LIMIT = 1", "LIMIT = 2"),  # one of the class
+        ("floor_model.py", "2.0 * by", "3.0 * by"),  # a method that it calls
+        ("units/scales.py", "LENGTH = 1.0", "LENGTH = 2.0"),  # one of a module in a module
+        ("units/scales.py", "HARD = 1", "HARD = 3"),  # one of an enumeration
     ],
 )
 def test_what_a_model_is_made_of_has_another_digest_after_an_edit(folder, digest, file, old, new):
@@ -280,19 +340,16 @@ def test_what_a_model_is_made_of_has_another_digest_after_an_edit(folder, digest
     assert digest() not in (before, None)
 
 
+FALLS = "def fall(x):\n    return 0.1 * x\n"
+
+
 @pytest.mark.parametrize(
     "helper",
     [
-        # Compiled by a rule that is elsewhere.
-        "from numba.extending import register_jitable\n@register_jitable\ndef fall(x):\n    return 0.1 * x\n",
-        # Code that is made while it is compiled.
-        "from numba.extending import intrinsic\n@intrinsic\ndef fall(context, x):\n"
-        "    return x(x), lambda context, builder, signature, args: args[0]\n",
-        # Code in another language.
+        f"import numba\n@numba.njit\n{FALLS}",  # compiled by rules that are elsewhere
+        f"import functools\n@functools.cache\n{FALLS}",
         "import ctypes, math\nfall = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(math.sqrt)\n",
-        # A class that other processes do not find.
-        "from numba.experimental import jitclass\n@jitclass([])\nclass fall:\n"
-        "    def __init__(self):\n        pass\n",
+        "class fall:\n    def __init__(self, x):\n        pass\n",
     ],
 )
 def test_what_cannot_be_followed_has_no_digest(folder, digest, helper):
@@ -300,19 +357,19 @@ def test_what_cannot_be_followed_has_no_digest(folder, digest, helper):
     assert digest() is None
 
 
-def test_a_model_without_a_digest_is_compiled_in_every_process(folder):
-    # A class of the script itself is another one in every process.
-    assert run(folder, "from probe import show\n" + MODEL + "\nshow(Floor(2.0))") == "compiled 3"
-    edited = MODEL.replace("1.0 *", "7.0 *")
-    assert run(folder, "from probe import show\n" + edited + "\nshow(Floor(2.0))") == "compiled 15"
-    assert not list((folder / "cache").rglob("*.nbc"))
+def test_a_function_that_numba_compiles_is_seen_after_an_edit(folder):
+    (folder / "strength.py").write_text("import numba\n@numba.njit\ndef pull(x):\n    return 1.0 * x\n")
+    assert [run(folder), run(folder)] == ["compiled 3", "compiled 3"]
+    edit(folder / "strength.py", "1.0 * x", "3.0 * x")
+    assert run(folder) == "compiled 5"
+    assert not files(folder)
 
 
-def test_what_a_scene_lacks_does_not_keep_its_code_from_the_disk():
-    assert (
-        digest_of(numba.njit(lambda model: model), (types.none, types.Tuple((types.none, types.float64))))
-        is not None
-    )
+def test_a_model_of_the_script_itself_is_known_by_what_is_in_it(folder):
+    text = "from probe import show\n" + MODEL
+    assert run(folder, text + "\nshow(Floor(2.0))") == "compiled 3"
+    assert run(folder, text.replace("1.0 *", "7.0 *") + "\nshow(Floor(2.0))") == "compiled 15"
+    assert run(folder, text + "\nshow(Floor(2.0))") == "compiled 3"
 
 
 def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
@@ -332,72 +389,6 @@ def test_a_plain_scene_imports_nobodys_model(folder):
     assert run(folder, plain) == "loaded 10"
 
 
-def flipped(at):
-    """Return a function that changes one byte of a file's content."""
-    return lambda content: content[:at] + bytes([content[at] ^ 255]) + content[at + 1 :]
-
-
-def twice(x):
-    return 2.0 * x
-
-
-DAMAGES = {
-    "cut": lambda content: content[:1000],
-    "emptied": lambda content: b"",
-    "overwritten": lambda content: bytes(len(content)),
-    "longer": lambda content: content + b"x",
-    "its checksum": flipped(3),
-    "its header": flipped(100),
-    "its middle": lambda content: flipped(len(content) // 2)(content),
-}
-
-
-MAKERS = {
-    "an entry point": lambda: entry(twice),
-    "a function of one signature": lambda: compiled(twice, types.float64(types.float64)),
-    "a function of any": lambda: compiled_on_call(twice),
-}
-
-
-@pytest.mark.parametrize("maker", MAKERS)
-def test_a_damaged_file_is_compiled_again(tmp_path, monkeypatch, maker):
-    # A changed byte in the header of the machine code ended the process that loaded it.
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-
-    def result():
-        said = []
-        with listening(said.append):
-            assert MAKERS[maker]()(1.5) == 3.0
-        return "compiled" if said else "loaded"
-
-    assert [result(), result()] == ["compiled", "loaded"]
-    (kept,) = tmp_path.rglob("*.nbc")
-    whole = kept.read_bytes()
-    for name, damage in DAMAGES.items():
-        kept.write_bytes(damage(whole))
-        assert [result(), result()] == ["compiled", "loaded"], name
-    kept.unlink()
-    kept.mkdir()  # nothing can be stored there
-    assert [result(), result()] == ["compiled", "compiled"]
-
-
-def test_a_cache_folder_that_is_gone_is_no_reason_to_stop(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    double = entry(twice)
-    double(1)
-    shutil.rmtree(tmp_path / "cache")
-    (tmp_path / "cache").write_text("")
-    assert double(1.5) == 3.0
-
-
-def test_a_helper_is_compiled_anew_after_an_edit_to_its_file(folder):
-    text = "import numba\nfrom carom.jit import compiled\ndef twice(x):\n    return 2.0 * x\n"
-    (folder / "helper.py").write_text(text + "print(compiled(twice, numba.f8(numba.f8))(1.5))\n")
-    assert run(folder, "import helper") == "3.0"
-    edit(folder / "helper.py", "2.0 * x", "40.0 * x")
-    assert run(folder, "import helper") == "60.0"
-
-
 def _climb(steps, x):
     return encounter(steps[0], x, 0.0, 0.0, 0.0)
 
@@ -415,13 +406,19 @@ def _(obstacle: Step, x, v, radius, growth):
 """
 
 
+def cell_of(text, name, scope):
+    """Run the text of a cell as a notebook does."""
+    linecache.cache[name] = len(text), None, text.splitlines(keepends=True), name
+    exec(compile(text, name, "exec"), scope)
+
+
 @pytest.mark.parametrize("nested", [False, True])
 def test_classes_of_one_name_have_code_of_their_own(nested):
-    # As a notebook cell that is edited and run again: what Numba sees of both classes is the same.
+    # As a notebook cell that is edited and run again: the fields and the names of the classes are the same.
     climb, steps = entry(_climb), []
     for height in (1.0, 2.0, 3.0):
         cell = {"NamedTuple": NamedTuple, "encounter": encounter, "HEIGHT": height, "__name__": "cell"}
-        exec(CELL, cell)
+        cell_of(CELL, f"<cell of height {height}>", cell)
         step = cell["Step"](cell["Part"](5.0))
         steps.append(((step,),) if nested else (step,))
     climbs = [climb(step[0] if nested else step, 0.0) for step in (*steps, *steps[::-1])]
@@ -438,15 +435,6 @@ def test_a_module_that_is_loaded_again_has_code_of_its_own(folder, importing):
     assert [climb((each,), 10.0) for each in (after, before)] == [11.0, 3.0]
 
 
-def test_a_class_that_no_module_knows_is_not_taken_for_one_that_is():
-    # Code that is executed without the name of a module makes classes of the module "builtins".
-    cell = {"NamedTuple": NamedTuple}
-    exec("class Pair(NamedTuple):\n    first: float\n    second: int\n", cell)
-    assert cell["Pair"].__module__ == "builtins"
-    kinds = (types.NamedTuple((types.float64, types.int64), cell["Pair"]),)
-    assert digest_of(encounter, kinds) is None
-
-
 def test_a_function_that_is_compiled_cannot_be_replaced():
     # As in a notebook, where the cell of the function is run again, and that of the class is not.
     class Step(NamedTuple):
@@ -460,7 +448,7 @@ def test_a_function_that_is_compiled_cannot_be_replaced():
     def _(obstacle: Step, x, v, radius, growth):  # nobody has asked yet
         return 2.0 * obstacle.x
 
-    assert entry(lambda step: encounter(step, 0.0, 0.0, 0.0, 0.0))(Step(3.0)) == 6.0
+    assert entry(_climb)((Step(3.0),), 0.0) == 6.0
     with pytest.raises(RuntimeError, match=r"encounter is compiled for Step: .* Define Step anew"):
 
         @encounter.register
@@ -486,10 +474,7 @@ sim.save("c.h5")
 def test_a_resumed_run_uses_the_code_of_the_run_and_so_does_the_next(tmp_path):
     found = []
     for what in ("new", "resumed", "new"):
-        words = [sys.executable, "-c", GOES_ON, what]
-        subprocess.run(words, cwd=tmp_path, check=True, env=cached(tmp_path))
-        found.append(
-            {(path.name, path.stat().st_mtime_ns) for path in (tmp_path / "cache").rglob("cycle.*.nbc")}
-        )
-    assert len(found[0]) == 2, "the cycle and the schedule"
+        python("-c", GOES_ON, what, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+        found.append({(path.name, path.stat().st_mtime_ns) for path in files(tmp_path)})
+    assert {name.partition("-")[0] for name, _ in found[0]} == {"run", "schedule"}
     assert found[0] == found[1] == found[2]

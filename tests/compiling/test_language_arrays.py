@@ -115,17 +115,23 @@ def chosen(values, table, k, x):
     return row[0]
 
 
-OF_ARRAYS = {
-    each.__name__: each
-    for each in (elements, parts, parts_of_rows, in_place) + (made_here, copies, of_other_types, chosen)
-}
+OF_ARRAYS = (
+    elements,
+    parts,
+    parts_of_rows,
+    in_place,
+    made_here,
+    copies,
+    of_other_types,
+    chosen,
+)
 
 
-@pytest.mark.parametrize("name", OF_ARRAYS)
+@pytest.mark.parametrize("function", OF_ARRAYS, ids=lambda each: each.__name__)
 @given(INDEX, FINITE)
-def test_arrays(name, k, x):
+def test_arrays(function, k, x):
     with np.errstate(all="ignore"):
-        assert_twins(OF_ARRAYS[name], np.arange(4.0), np.arange(6.0).reshape(3, 2), k, x)
+        assert_twins(function, np.arange(4.0), np.arange(6.0).reshape(3, 2), k, x)
 
 
 @given(END, END)

@@ -202,7 +202,7 @@ def branches(a, b):
 
 def nothing_and_something(a, b):
     chosen = None if TABLE[2] == 4 else a
-    if chosen is None:
+    if chosen is None:  # noqa: SIM108
         other = b
     else:
         other = chosen
@@ -221,7 +221,7 @@ def indexed(a, b):
 
 def joined(a, b):
     t = (a, *TABLE[:2], b)
-    return t + (b,), len(t), t[1:3], t[::-1], t[-2:]
+    return t + (b,), len(t), t[1:3], t[::-1], t[-2:]  # noqa: RUF005
 
 
 def helper(x, y=2, *rest):
@@ -281,18 +281,34 @@ def asserted(a, b):
     return a if a else b
 
 
-FLOWS = {
-    each.__name__: each
-    for each in (break_and_else, continues, whiles, nested, early, backwards, few_rounds, tuples_in_loops)
-    + (swaps, loop_names, over_tuples, over_arrays, branches, nothing_and_something, enums, indexed)
-    + (joined, calls, models, asserted)
-}
+FLOWS = (
+    break_and_else,
+    continues,
+    whiles,
+    nested,
+    early,
+    backwards,
+    few_rounds,
+    tuples_in_loops,
+    swaps,
+    loop_names,
+    over_tuples,
+    over_arrays,
+    branches,
+    nothing_and_something,
+    enums,
+    indexed,
+    joined,
+    calls,
+    models,
+    asserted,
+)
 
 
-@pytest.mark.parametrize("name", FLOWS)
+@pytest.mark.parametrize("function", FLOWS, ids=lambda each: each.__name__)
 @given(SMALL, SMALL)
-def test_statements(name, a, b):
-    assert_twins(FLOWS[name], a, b)
+def test_statements(function, a, b):
+    assert_twins(function, a, b)
 
 
 @given(st.sampled_from([LEAST, LEAST + 1, -3, 0, 2, LARGEST - 3, LARGEST - 1, LARGEST]), st.integers(0, 40))

@@ -1,6 +1,6 @@
 """What is outside of the language is refused in one sentence: where it stands, what it is, what to write."""
 
-# ruff: noqa: B018, F841, PLW0603, PLW0602, SIM, C4, E731, RET, RUF015, B007, PLW0642, D102, FLY002
+# ruff: noqa: C416, E731, F841, PIE804, RET503, RUF059
 
 import math
 from typing import NamedTuple
@@ -537,9 +537,10 @@ def test_a_model_of_ones_own_is_refused_with_its_class_and_its_line():
     with pytest.raises(carom.InputError) as refused:
         carom.Simulation(scene, seed=1).run(time=1.0)
     said = str(refused.value)
+    line = Cores.jump.__code__.co_firstlineno + 1
     assert said == (
-        "jump of Cores cannot be compiled: line "
-        f"{Cores.jump.__code__.co_firstlineno + 1} of test_refusals.py, `found = [own.elastic(self, i, j, rr, rv)]`: "
+        f"jump of Cores cannot be compiled: line {line} of test_refusals.py, "
+        "`found = [own.elastic(self, i, j, rr, rv)]`: "
         "a list is not known here: write a tuple, or np.array([...])."
     )
 

@@ -288,7 +288,8 @@ def test_a_rule_that_cannot_be_compiled_is_refused_in_a_sentence():
         carom.Simulation(scattered(n=12).replace(interaction=ranges(asks_another)), seed=0).run(time=1.0)
     assert re.fullmatch(
         r"looks_up cannot be compiled: line \d+ of test_ranges.py, "
-        r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: a dictionary is not known here: write fields, or a tuple\.",
+        r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: "
+        r"a dictionary is not known here: write fields, or a tuple\.",
         str(caught.value),
     )
 

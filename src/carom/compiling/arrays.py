@@ -232,6 +232,8 @@ class Arrays(Arithmetic):
         value = self.get(value)
         if isinstance(value, Lined):
             value = value.array
+        if isinstance(value, Known):
+            value = self.constant(value)
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
             if name.startswith("_"):
@@ -296,8 +298,8 @@ class Arrays(Arithmetic):
         lengths = [self.integer(each, "a length") for each in given]
         if len(lengths) == 1 and isinstance(lengths[0], Number):  # such as len(x)
             size, given = MOST_UNKNOWN, self.text(lengths[0])
-            words = f"ValueError: an array of {{}} numbers; {size} at most if its size is not known while compiling"
-            self.fail_if(self.op(f"icmp ugt i64 {given}, {size}"), words, given)
+            words = f"an array of {{}} numbers; {size} at most if its size is not known while compiling"
+            self.fail_if(self.op(f"icmp ugt i64 {given}, {size}"), f"ValueError: {words}", given)
         elif any(not isinstance(each, Known) or each.value < 0 for each in lengths):
             raise Untranslatable("the size of an array must be known while compiling: write numbers")
         else:

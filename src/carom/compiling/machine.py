@@ -51,7 +51,17 @@ def _context() -> Any:
 
 
 def machine_code(text: str) -> bytes:
-    """Return the machine code of a module's text, verified and optimised."""
+    """Return the machine code of a module's text."""
+    return _machine()[0].emit_object(_optimised(text))
+
+
+def assembly(text: str) -> str:
+    """Return the same for people to read."""
+    return _machine()[0].emit_assembly(_optimised(text))
+
+
+def _optimised(text: str) -> Any:
+    """Return a module of a text, verified and optimised."""
     target, _ = _machine()
     module = llvm.parse_assembly(text, _context())
     module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
@@ -65,7 +75,7 @@ def machine_code(text: str) -> bytes:
     manager.run(module, cheap)
     full = _passes(target, LEVEL, vectorize=True)
     full.getModulePassManager().run(module, full)
-    return target.emit_object(module)
+    return module
 
 
 def _passes(target: Any, level: int, vectorize: bool) -> Any:

@@ -33,7 +33,7 @@ def _is_current(code: types.CodeType, text: str) -> bool:
     with suppress(OSError):
         if code.co_filename != "<string>" and os.stat(code.co_filename).st_mtime < _BEGAN:
             return True
-        waiting = [compile(text, code.co_filename, "exec")]
+        waiting = [compile(text, code.co_filename, "exec", dont_inherit=True)]
         while waiting:
             each = waiting.pop()
             if each == code:
@@ -72,8 +72,8 @@ class Plan:
         node = tree_of(code)
         if node is None:
             raise Untranslatable(
-                f"the source of {function.__qualname__} is not to be had, has two lambdas in this line, or was edited "
-                "since: write it in a file or a notebook, and start again",
+                f"the source of {function.__qualname__} is not to be had, has two lambdas in this line, or was "
+                "edited since: write it in a file or a notebook, and start again",
                 function,
             )
         given = node.args

@@ -149,9 +149,8 @@ class Walk:
     def visit_classes(self, classes: list[type]) -> None:
         """Note the classes of models that are not Carom's, and the answers of all that are not Carom's."""
         for cls in dict.fromkeys(classes):
-            if not registry.is_ours(cls.__module__):
-                self.add(cls.__qualname__, getattr(cls, "_fields", ()), getattr(cls, "lanes", ()))
-                self.visit(getattr(cls, "_field_defaults", {}))
+            self.visit_class(cls)
+            self.add(getattr(cls, "lanes", ()))
             for question in registry.QUESTIONS:
                 for base in cls.__mro__[:-1]:
                     answer = question.registry.get(base)
@@ -192,11 +191,29 @@ class Walk:
         """Note a class that a function names."""
         self.add(cls.__module__, cls.__qualname__)
         if not _known(cls.__module__):
-            if issubclass(cls, tuple) and hasattr(cls, "_fields"):
-                self.add(cls._fields)
-                self.visit(cls._field_defaults)  # type: ignore[attr-defined]
-            elif not issubclass(cls, BaseException | enum.Enum):
+            if issubclass(cls, enum.Enum):
+                self.visit({each.name: each.value for each in cls})
+            elif issubclass(cls, tuple):
+                self.add(getattr(cls, "_fields", ()))
+                self.visit(getattr(cls, "_field_defaults", {}))
+                for base in cls.__mro__:
+                    self.visit_attributes(vars(base) if not _known(base.__module__) else {})
+            elif not issubclass(cls, BaseException):
                 raise Unknown(cls)
+
+    def visit_attributes(self, attributes: Any) -> None:
+        """Note the methods and the constants of a class; a method that cannot be followed is not called."""
+        for name, value in attributes.items():
+            value = getattr(value, "__func__", value)
+            if isinstance(value, types.FunctionType) and not name.startswith("_"):
+                before = {**self.functions}
+                try:
+                    self.visit(value)
+                except Unknown:
+                    self.functions = before
+            elif isinstance(value, bool | int | float | tuple | np.ndarray | np.generic):
+                self.add(name)
+                self.visit(value)
 
     def visit_function(self, function: Any) -> None:
         """Note a function, and all that it reads."""
@@ -222,15 +239,18 @@ class Walk:
             if not isinstance(constant, types.CodeType | frozenset):
                 self.visit(constant)
         for name in code.co_names:
-            if name not in scope:
-                continue
-            value = scope[name]
-            if isinstance(value, types.ModuleType) and not _known(value.__name__):
-                for part in code.co_names:
-                    if hasattr(value, part):
-                        self.visit(getattr(value, part))
-            else:
-                self.visit(value)
+            if name in scope:
+                self.visit_parts(scope[name], code.co_names, set())
+
+    def visit_parts(self, value: Any, names: tuple[str, ...], seen: set[str]) -> None:
+        """Note a value; of a module what has one of the names, of one known by its version the numbers."""
+        self.visit(value)
+        if isinstance(value, types.ModuleType) and value.__name__ not in seen:
+            seen.add(value.__name__)
+            for part in names:
+                found = getattr(value, part, None)
+                if not _known(value.__name__) or isinstance(found, int | float | np.generic):
+                    self.visit_parts(found, names, seen)
 
 
 def _known(module: str | None) -> bool:
