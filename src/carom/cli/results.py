@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 from carom.cli.heartbeat import say
@@ -29,6 +30,12 @@ EPSILON = sys.float_info.epsilon
 
 LONGER = 5.0
 """Length of a longer run that is proposed [that of the run]."""
+
+MOST_LAYERS = 12
+"""Largest number of layers along a field that are printed."""
+
+FILLED = 0.99
+"""Part of the particles that the printed layers reach up to."""
 
 FEWEST = 10.0
 """Independent samples from which a run is said to be in equilibrium, and compared with theory."""
@@ -229,12 +236,18 @@ def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
 def _bed(summary: dict[str, Any]) -> Table:
     """Return the table of the layers along a field."""
     sigma, rows = summary["diameter"], []
-    for layer in summary["layers"]:
+    held = np.cumsum([layer["members"] for layer in summary["layers"]])
+    filled = int(np.searchsorted(held, FILLED * held[-1])) + 1 if held[-1] else 0
+    shown = summary["layers"][: filled : math.ceil(filled / MOST_LAYERS) or 1]
+    for layer in shown:
         kT = _scaled(layer["kT"], 1.0 / (summary["weight"] * sigma))
         known = kT["mean"] is not None and kT["error"] is not None
         place = f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}"
         rows.append((place, f"{layer['members']:.4g}", _with_error(kT) if known else "-"))
-    return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, "Layers along the field, from below")
+    title = "Layers along the field, from below"
+    if len(shown) < len(summary["layers"]):
+        title += f": {len(shown)} of {len(summary['layers'])}, which summary.json has"
+    return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, title)
 
 
 _WHOLE_BOX = (

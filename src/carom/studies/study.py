@@ -145,6 +145,10 @@ class Study(Result, Generic[S]):
         """Return what is shown: the results, and perhaps other tables."""
         return [self.table]
 
+    def printed(self) -> list[Table]:
+        """Return the tables that the command prints: what is read first. The others are in the files."""
+        return self.tables()
+
     def sentences(self) -> list[str]:
         """Return what is said below the table and at the top of the page."""
         return []

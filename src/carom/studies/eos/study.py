@@ -36,7 +36,7 @@ MOST_NAMED = 6
 class Virial:
     """A virial coefficient fitted to the dilute points, as the page shows it."""
 
-    k: Annotated[int, Column("k")]
+    k: Annotated[int, Column("k", key=True)]
     value: Annotated[float, Column("B_k / v^(k-1)", error("error", told=True))]
     error: float
     known: Annotated[float, Column("published", ".7g")]
