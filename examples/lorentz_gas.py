@@ -70,7 +70,7 @@ axes.add_collection(
     )
 )
 pieces = np.stack([path[:-1], path[1:]], axis=1)
-axes.add_collection(LineCollection(pieces, array=np.arange(len(pieces)), cmap="plasma", linewidths=1.0))
+axes.add_collection(LineCollection(pieces, array=np.arange(len(pieces)), cmap="viridis", linewidths=1.0))
 axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
 args.out.parent.mkdir(parents=True, exist_ok=True)
 picture = args.out if args.out.suffix else args.out.with_suffix(".png")

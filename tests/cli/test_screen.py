@@ -26,9 +26,9 @@ from carom.errors import CaromWarning
 from carom.notebook import advance
 from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
+from carom.pictures.paper import SERIES, shade
 from carom.studies.coefficients.study import Row
 from carom.studies.eos import table as eos
-from carom.studies.eos.pictures import SIZES, of_size
 from carom.studies.eos.study import composition
 from carom.studies.planner.outcome import Outcome
 from carom.studies.report import STYLE
@@ -212,7 +212,7 @@ def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
 
 
 def test_sizes_of_a_study_have_colours_of_their_own():
-    assert len({of_size(k) for k in range(len(SIZES))}) == len(SIZES) > 4
+    assert len({shade(k) for k in range(len(SERIES))}) == len(SERIES) > 4
 
 
 def test_the_shell_can_complete_commands():

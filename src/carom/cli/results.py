@@ -23,7 +23,7 @@ from carom.studies.planner.outcome import Outcome
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.table import Table, decimals, facts, of_texts
-from carom.texts import visible
+from carom.texts import superscript, visible
 
 EPSILON = sys.float_info.epsilon
 """Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""
@@ -177,7 +177,7 @@ def _physics(summary: dict[str, Any]) -> Table:
         places = decimals(measured["error"])
         beside = [_beside(row, theoretical, measured, places) for row in summary["theory"]]
         shown.append((name, _with_error(measured), *beside))
-    per_kT = f"P σ{_superscript(dimension)}/kT"
+    per_kT = f"P σ{superscript(dimension)}/kT"
     alone = [
         ("V", summary.get("volume")),
         ("U / N", summary.get("U")),
@@ -225,11 +225,11 @@ def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
     sigma, d = summary["diameter"], summary["dimension"]
     if summary.get("weight"):
         w = summary["weight"]
-        length = f" σ{_superscript(d - 1)}" if d > 1 else ""
+        length = f" σ{superscript(d - 1)}" if d > 1 else ""
         return [("pressure", f"P{length}/mg", sigma ** (d - 1) / w), ("force", "force/mg", 1.0 / w)]
     if summary["kT"] and summary.get("thermal", True):
         kT = summary["kT"]
-        return [("pressure", f"P σ{_superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
+        return [("pressure", f"P σ{superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
     return [("pressure", "P", 1.0), ("force", "force", 1.0)]
 
 
@@ -372,10 +372,6 @@ def _beside(row: dict[str, Any], key: str, measured: dict[str, Any], places: int
     if not measured["error"] or _few(measured):
         return text
     return f"{text} ({(measured['mean'] - theory) / (measured['error'] * row.get('errors', 1.0)):+.1f})"
-
-
-def _superscript(dimension: int) -> str:
-    return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(dimension)) if dimension > 1 else ""
 
 
 def _rounded(rate: float) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.pictures import plots
-from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, shade, sheet
 from carom.texts import axis_name, label as label_of
 
 if TYPE_CHECKING:
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
         WallPressureResult,
     )
     from carom.observables.statistics import Estimate
-
-COLORS = (INK, WARM, GREY, PALE)
-"""Of several curves in one picture."""
 
 
 def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
@@ -105,7 +102,7 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
 def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
     across = [a for a in range(result.dimension) if a != result.axis]
     for k, a in enumerate((result.axis, *across)):
-        label, color = f"$P_{{{2 * axis_name(a)}}}$", COLORS[k % len(COLORS)]
+        label, color = f"$P_{{{2 * axis_name(a)}}}$", shade(k)
         _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
     axes.set(xlabel=axis_name(result.axis), ylabel="pressure tensor $P_{aa}$")
 
@@ -181,7 +178,7 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
     for k, each in enumerate(result.free_time):
         label = f"species {k}" if len(result.free_time) > 1 else ""
         seen = each.density > 0.0
-        color = COLORS[k % len(COLORS)]
+        color = shade(k)
         _curve(axes, each.middle[seen], each.density[seen], each.error[seen], label, color)
         # What the density were if a collision did not know when the last one was.
         rate = float(result.collision_rate[k])

@@ -20,7 +20,7 @@ LOOKS = {
     "event-driven": ("o", paper.INK),
     "naive": ("s", paper.GREY),
     "time-driven": ("^", paper.WARM),
-    "pseudo-hard": ("D", "#3b7d4f"),
+    "pseudo-hard": ("D", paper.SERIES[2]),
 }
 """Marker and colour of each algorithm."""
 
@@ -30,9 +30,7 @@ FLOOR = 2.0**-53
 
 def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     """Draw the error of positions and the bias of Z against speed, and the error of Z against N."""
-    from carom.pictures import importing
-
-    figure = importing.picture()(13.0, 4.2, paper.DPI)
+    figure = paper.figure_of(13.0, 4.2)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:

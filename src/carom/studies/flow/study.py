@@ -127,7 +127,7 @@ class ShearFlow(GridStudy[ShearSpec]):
             one = f"rate {row.rate:g}" if one_rate else rf"$\eta$ = {row.packing_fraction:.3g}"
             curves.setdefault(one + f", $N$ = {row.n}" * several, []).append(row)
         for k, (label, rows) in enumerate(curves.items()):
-            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], f"C{k % 10}"
+            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], paper.shade(k)
             axes.errorbar(
                 x, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
                 color=color, label=label,
