@@ -571,6 +571,43 @@ def test_the_first_collisions_of_a_log_make_a_shorter_page(log, tmp_path):
     assert (tmp_path / "page.html").read_text() == page.html
 
 
+def test_a_log_is_shown_between_two_times_and_says_so(log):
+    times = unpacked(carom.view(log).data["replay"]["contacts"], "<f8")
+    begin, end = 0.5 * (times[99] + times[100]), 0.5 * (times[199] + times[200])
+    data = carom.view(log, begin=begin, end=end).data
+    np.testing.assert_array_equal(unpacked(data["replay"]["contacts"], "<f8"), times[100:200])
+    assert data["times"] == [pytest.approx(begin, rel=2.0**-50)]
+    assert data["notes"] == [f"from t = {begin:.6g}"]
+    assert data["replay"]["pace"] == pytest.approx(0.5 * (times[199] - begin) / 100 * data["n"] / 2.0)
+    with pytest.raises(InputError, match="no collision in the time"):
+        carom.view(log, begin=2.0 * times[-1])
+    with pytest.raises(InputError, match="before the begin"):
+        carom.view(log, begin=2.0, end=1.0)
+
+
+def test_the_log_of_a_run_is_shown_from_where_its_measurement_begins(log, tmp_path):
+    shutil.copy(log, tmp_path / "events.h5")
+    times = unpacked(carom.view(log).data["replay"]["contacts"], "<f8")
+    first = 0.5 * (times[149] + times[150])
+    write(
+        tmp_path / "trajectory.h5md",
+        [dataclasses.replace(frames_of(3)[0], time=first + (k + 1) * times[-1] / 8) for k in range(3)],
+    )
+    (tmp_path / "scene.toml").write_text("[scene]\nn = 32\n")
+    for source in (tmp_path, tmp_path / "events.h5"):
+        data = carom.view(source).data
+        np.testing.assert_array_equal(unpacked(data["replay"]["contacts"], "<f8"), times[150:])
+        assert data["notes"] == [f"from t = {first:.6g}, where the measurement begins"]
+    assert len(unpacked(carom.view(tmp_path, begin=0.0).data["replay"]["contacts"], "<f8")) == 400
+
+
+def test_frames_between_two_times_are_shown():
+    frames = [dataclasses.replace(frames_of(2)[0], time=float(k)) for k in range(6)]
+    assert carom.view(frames, begin=2.0, end=4.5).data["times"] == [2.0, 3.0, 4.0]
+    with pytest.raises(InputError, match="No frame lies between t = 7 and inf"):
+        carom.view(frames, begin=7.0)
+
+
 @own.impact
 class Law:
     def transfer(self, rr, rv):

@@ -191,6 +191,15 @@ def test_every_control_has_a_name_and_no_text_covers_another(page, width):
                 assert apart or 0.0 in (a[2] - a[0], b[2] - b[0]), (one, other)
 
 
+def test_the_card_of_a_particle_leaves_the_scene_of_a_phone_in_sight(page):
+    browser().open(page, "chosen=1", (390, 844))
+    low, high, scene = browser().run(
+        "(() => { const box = (name) => document.querySelector(name).getBoundingClientRect();"
+        " return [box('#who').top, box('header').bottom, box('footer').top]; })()"
+    )
+    assert low - high > 0.6 * (scene - high)
+
+
 def test_two_fingers_zoom_and_the_theme_is_that_of_the_system(page):
     browser().open(page, dark=True)
     assert browser().picture()[2, -2].mean() < 0.2
