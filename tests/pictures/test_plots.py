@@ -21,12 +21,13 @@ from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
-from carom.pictures.paper import WARM
+from carom.pictures.paper import THEORIES
 
 
 def dashed(figure):
     """Labels and heights of the lines of theory."""
-    lines = [line for line in figure.axes[0].lines if line.get_color() == WARM]
+    looks = dict(THEORIES)
+    lines = [line for line in figure.axes[0].lines if looks.get(line.get_color()) == line.get_linestyle()]
     return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
 
 

@@ -927,7 +927,7 @@ def test_what_has_no_theory_is_compared_with_none(scene):
     assert row.phase == "solid"
     assert math.isnan(row.Z_infinite)
     figure = study.plot()
-    assert len(figure.axes) == 2
+    assert len(figure.axes) == 1
     # One of points with its error bars, and no curve.
     assert len(figure.axes[0].get_legend().get_texts()) == 1
     (row,) = study.with_theory(theory.carnahan_starling).table
@@ -1007,21 +1007,19 @@ def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
 
 @pytest.mark.parametrize(("dimension", "name"), [(2, "Santos"), (3, "Mansoori")])
 def test_pictures_of_mixtures_show_the_theory_of_mixtures(dimension, name):
-    """Z and the pressure, in units of the largest diameter, lie on the curves beside them."""
+    """The curve of Z ends at the last density, on its equation of state."""
     equation = theory.bmcsl if dimension == 3 else theory.santos_yuste_lopez_de_haro
     more = () if dimension == 3 else (dimension,)
     noise = np.random.default_rng(5).normal(size=64)
     z = equation(0.3, [0.5, 0.5], [0.5, 1.0], *more)
     record = mixed(made(noise, eta=0.3, d=dimension, z=z), (0.5, 1.0))
-    pressure = z * 0.3 / theory.ball_volume(dimension) / (0.5 * (1.0 + 0.5**dimension))
     study = studies.EquationOfState(StudySpec(dimension=dimension), [record])
     figure = study.plot()
     assert figure.axes[0].get_title().startswith("Mixture of hard")
-    for axes, height in zip((figure.axes[0], figure.axes[2]), (z, pressure), strict=True):
-        (curve,) = (line for line in axes.get_lines() if len(line.get_xdata()) > 2)
-        assert name in curve.get_label()
-        assert curve.get_xdata()[-1] == 0.3
-        assert curve.get_ydata()[-1] == pytest.approx(height, rel=1e-12)
+    (curve,) = (line for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 2)
+    assert name in curve.get_label()
+    assert curve.get_xdata()[-1] == 0.3
+    assert curve.get_ydata()[-1] == pytest.approx(z, rel=1e-12)
 
 
 def test_a_run_goes_on_until_its_error_is_small_enough():
