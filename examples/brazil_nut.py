@@ -25,7 +25,7 @@ width, large, period, amplitude = 12.7, 3.5, 3.6, 1.0
 args.out.mkdir(parents=True, exist_ok=True)
 
 
-# %% A bed: small disks of slightly different sizes, so that they do not crystallise, over the large one,
+# %% A bed: small disks of slightly different sizes, so that they do not crystallize, over the large one,
 # which starts at the bottom. The floor is shaken with three times the field; contacts lose energy, and
 # the TC model keeps them from piling up.
 def bed(seed):

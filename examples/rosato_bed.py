@@ -26,7 +26,7 @@ width, amplitude, shaking, phases = 24.4, 0.8, 4.0, 24
 args.out.mkdir(parents=True, exist_ok=True)
 
 # %% Lengths in mean diameters, the field is 1. The floor moves as A sin(2 pi t / T), with an acceleration of
-# up to four times the field. Sizes differ by 10 %, so that the bed does not crystallise; contacts lose
+# up to four times the field. Sizes differ by 10 %, so that the bed does not crystallize; contacts lose
 # energy, and the TC model keeps them from piling up.
 period = 2.0 * math.pi * math.sqrt(amplitude / shaking)
 rng = np.random.default_rng(1)
@@ -90,7 +90,7 @@ fraction = area.sum(axis=0) / (cycles * phases * width * np.diff(edges))
 middle = 0.5 * (edges[1:] + edges[:-1])
 print(f"packing fraction up to {fraction.max():.2f}; temperature {np.nanmin(kT):.2f} to {np.nanmax(kT):.2f}")
 
-# %% The picture: the bed when the floor is highest, its profiles, and its centre within a cycle.
+# %% The picture: the bed when the floor is highest, its profiles, and its center within a cycle.
 paper.use()  # colors
 figure = Figure(figsize=(9.0, 4.0), layout="constrained")
 bed, profile, cycle = figure.subplots(1, 3, width_ratios=[1.15, 1.0, 1.0])

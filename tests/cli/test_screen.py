@@ -211,7 +211,7 @@ def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
     assert "@page" in STYLE
 
 
-def test_sizes_of_a_study_have_colours_of_their_own():
+def test_sizes_of_a_study_have_colors_of_their_own():
     assert len({shade(k) for k in range(len(SERIES))}) == len(SERIES) > 4
 
 

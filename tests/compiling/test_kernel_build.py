@@ -1,4 +1,4 @@
-"""The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
+"""The kernel as it is built: with and without compilation, with bounds checks, vectorized, never stale."""
 
 import shutil
 from pathlib import Path
@@ -91,7 +91,7 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
 @pytest.mark.needs("an x86-64 processor")
 @pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
-def test_the_search_for_a_partner_is_vectorised(kind):
+def test_the_search_for_a_partner_is_vectorized(kind):
     from carom.compiling.borrowed import borrowed
     from carom.engine import cycle
 
@@ -109,7 +109,7 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     (listing,) = search.inspect_asm().values()
     for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
         lines = [line for line in listing.splitlines() if instruction in line]
-        assert lines, f"no {instruction}: the loop over candidates is not vectorised"
+        assert lines, f"no {instruction}: the loop over candidates is not vectorized"
 
 
 def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):

@@ -580,7 +580,7 @@ def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, e
     assert np.unique(scene.positions[:, 0].round(6)).size > 0.9 * n
     if dimension == 3 and n > 100:
         # The mean of a fluid is that of as many bonds of random directions, some six a sphere: sqrt(1 / 6 n).
-        # Neighbouring bonds are not independent, near freezing by a factor of two; a crystal has 0.4 or more.
+        # Neighboring bonds are not independent, near freezing by a factor of two; a crystal has 0.4 or more.
         assert q_6(carom.Simulation(scene, seed=0).frame()) < 3.0 / np.sqrt(6.0 * n)
 
 

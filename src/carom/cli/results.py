@@ -279,7 +279,7 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
         if any(obstacle["pressure"]["error"] is not None for obstacle in summary["obstacles"]):
             lines.append(
                 "A pressure is the force over the area of the surface itself: the face of the box, or the "
-                "sphere or cylinder that an obstacle is. Centres turn around half a diameter before it."
+                "sphere or cylinder that an obstacle is. Centers turn around half a diameter before it."
             )
     return lines
 

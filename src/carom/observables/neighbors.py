@@ -38,7 +38,7 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
     """Return the ``count`` nearest particles of each, by their images, (n, count); equal ones in no order."""
     n, d = places.shape
     if n <= count:
-        raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
+        raise InputError(f"{count} neighbors are asked for, and there are {n - 1} others.")
     if room.tilt:
         return _in_a_tilted_cell(room, places, count)
     volume = SPARE * (count + 1) / n * float(np.prod(room.box))

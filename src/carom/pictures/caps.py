@@ -16,7 +16,7 @@ LIGHT = np.array([-0.45, 0.55, 0.70]) / math.sqrt(0.45**2 + 0.55**2 + 0.70**2)
 """Unit vector towards the light, in the axes of the picture: right, up, towards the eye."""
 
 GROUND = 0.42
-"""Grey of the sphere between the caps."""
+"""Gray of the sphere between the caps."""
 
 COLORS = tuple(rgb(FACES[k]) for k in (5, 4, 4, 0, 1, 2, 3))
 """Colors of caps with 0, 1, 2, ... contacts; the last one with more, too."""

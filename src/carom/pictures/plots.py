@@ -18,7 +18,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.pictures.paper import (
     DPI,
-    GREY,
+    GRAY,
     INK,
     PALE,
     PIXELS,
@@ -145,7 +145,7 @@ def rdf(
     unit = distribution.diameter or 1.0
     r, g, error = distribution.r / unit, distribution.g, distribution.error
     edges = distribution.edges / unit
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     axes.fill_between(r, g - error, g + error, color=INK, alpha=0.25, linewidth=0, zorder=2)
     axes.plot(r, g, color=INK, linewidth=1.4, zorder=3)
     if edges[0] > 0.0:
@@ -191,19 +191,17 @@ def partial_rdf(
         raise InputError("There is no g(r), so there is nothing to draw.")
     figure, axes = sheet(7.0, 4.2)
     unit = max(found.diameter for found in distributions.values())
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     for k, (name, found) in enumerate(distributions.items()):
         r, g = found.r / unit, found.g
-        colour = shade(k)
-        axes.fill_between(
-            r, g - found.error, g + found.error, color=colour, alpha=0.25, linewidth=0, zorder=2
-        )
+        color = shade(k)
+        axes.fill_between(r, g - found.error, g + found.error, color=color, alpha=0.25, linewidth=0, zorder=2)
         # g is zero below contact, and jumps at contact.
         contact = found.edges[0] / unit
         axes.plot(
             [contact, contact, *r],
             [0.0, g[0], *g],
-            color=colour,
+            color=color,
             linewidth=1.3,
             label=label_of(name),
             zorder=3,
@@ -427,10 +425,10 @@ def _contact_inset(axes: Axes, distribution: RDFResult, implied: Estimate | None
     shown = [(fitted, "extrapolated", "D", INK, 3.5)]
     if implied is not None and math.isfinite(implied.mean):
         shown.append((implied, "from the pressure", "o", WARM, 8.0))
-    for value, name, marker, colour, size in shown:
+    for value, name, marker, color, size in shown:
         error = value.error if math.isfinite(value.error) else 0.0
         inset.errorbar(
-            [1.0], [value.mean], [error], fmt=marker, color=colour, markersize=size,
+            [1.0], [value.mean], [error], fmt=marker, color=color, markersize=size,
             markerfacecolor="none", capsize=2, label=f"{name} {_text(value)}",
         )  # fmt: skip
     inset.set_xlim(0.98, 1.25)

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.pictures import plots
-from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, shade, sheet
+from carom.pictures.paper import GRAY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, shade, sheet
 from carom.texts import axis_name, label as label_of
 
 if TYPE_CHECKING:
@@ -93,8 +93,8 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
             color=INK if a == b else WARM,
             capsize=3,
         )
-    axes.axhline(result.pressure.mean, color=GREY, linestyle="--", linewidth=0.9)
-    axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
+    axes.axhline(result.pressure.mean, color=GRAY, linestyle="--", linewidth=0.9)
+    axes.axhline(0.0, color=GRAY, linestyle=":", linewidth=0.8)
     axes.set_xticks(range(len(pairs)), [axis_name(a) + axis_name(b) for a, b in pairs])
     axes.set(xlabel="axes a, b", ylabel="pressure tensor $P_{ab}$")
 
@@ -108,7 +108,7 @@ def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
 
 
 def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":")
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
     axes.errorbar(result.k, result.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
     axes.set_xlim(left=0.0)
@@ -146,7 +146,7 @@ def _bond_order(axes: Axes, result: BondOrderResult) -> None:
     if not seen.any():
         raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
     _curve(axes, result.middle[seen], result.correlation[seen], result.correlation_error[seen])
-    axes.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axhline(0.0, color=GRAY, linewidth=0.8, linestyle=":")
     axes.set(xlabel="distance r", ylabel="correlation of local orders")
 
 
@@ -170,7 +170,7 @@ def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
 
 def _distribution(axes: Axes, result: Distribution) -> None:
     _curve(axes, result.middle, result.density, result.error)
-    axes.axvline(result.mean.mean, color=GREY, linestyle="--", linewidth=0.9)
+    axes.axvline(result.mean.mean, color=GRAY, linestyle="--", linewidth=0.9)
     axes.set(xlabel=f"value, mean {result.mean.value_text.replace('+-', '±')}", ylabel="probability density")
 
 

@@ -43,7 +43,7 @@ MARK = '<meta name="generator" content="Carom">'
 SCRIPTS = tuple(
     f"{name}.js"
     for name in (
-        "data", "state", "places", "hexatic", "colours", "camera", "visible", "shaders", "rings", "drawing",
+        "data", "state", "places", "hexatic", "colors", "camera", "visible", "shaders", "rings", "drawing",
         "overlay", "chosen", "saving", "hands", "main",
     )
 )  # fmt: skip

@@ -41,7 +41,7 @@ GONE = 255
 NOBODY = -1
 """Partner of a particle that met a wall or an obstacle."""
 
-SIX = 6  # neighbours that psi_6 is computed from
+SIX = 6  # neighbors that psi_6 is computed from
 
 FAST = 2.5
 """Speed at the end of the color scale [root mean square speeds]."""

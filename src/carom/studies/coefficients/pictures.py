@@ -86,7 +86,7 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
         densest = max(row.packing_fraction for row in rows)
         eta = np.linspace(0.0, min(max(0.45, densest), HIGHEST), 100)
         axes.plot(eta, theory.erpenbeck_wood(eta), color=paper.INK, lw=1.0, label="Erpenbeck and Wood")
-    axes.axhline(1.0, color=paper.GREY, lw=0.8)
+    axes.axhline(1.0, color=paper.GRAY, lw=0.8)
     axes.set_xlabel(r"packing fraction $\eta$")
     axes.set_ylabel("coefficient / Enskog's")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
