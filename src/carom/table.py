@@ -160,11 +160,11 @@ class Table(Sequence[Any]):
         return made
 
     def __str__(self) -> str:
-        from carom.cli.tables import Screen
+        from rich.console import Console
 
         out = io.StringIO()
-        console = Screen(file=out, color_system=None)
-        console.print(self.rich(console))
+        console = Console(file=out, color_system=None, highlight=False)
+        console.print(self.rich(console), crop=False)
         return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
 
 
