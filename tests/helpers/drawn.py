@@ -113,23 +113,30 @@ def wrong_with(figure, colors):
     for axes in figure.axes:
         for inset in (axes, *axes.child_axes):
             for line in inset.get_lines():
-                if len(line.get_xdata()) and (color := to_hex(line.get_color())) not in colors:
+                marked = line.get_linestyle() == "None"  # then the color of the line is not seen
+                color = to_hex(line.get_markeredgecolor() if marked else line.get_color())
+                if len(line.get_xdata()) and color not in colors:
                     found.append(f"color {color} of {line.get_label()}")
             limits = np.array([sorted(inset.get_xlim()), sorted(inset.get_ylim())])
-            places = [p for artist, p in points_of(inset) if isinstance(artist, Line2D)]
-            places = np.concatenate([p for p in places if len(p) > 2] or [np.zeros((0, 2))])
+            curves = [(artist, p) for artist, p in points_of(inset) if isinstance(artist, Line2D)]
+            places = [p for line, p in curves if len(p) > 2 or line.get_marker() != "None"]
+            places = np.concatenate(places or [np.zeros((0, 2))])
             places = places[np.isfinite(places).all(axis=1)]
             seen = places[((places >= limits[:, 0]) & (places <= limits[:, 1])).all(axis=1)]
-            if len(seen) and inset.get_yscale() == "linear":
-                part = np.ptp(seen[:, 1]) / np.ptp(limits[1])
-                found += [f"data fill {part:.2f} of the axis of {inset.get_ylabel()}"] * (part < MOST_EMPTY)
+            if len(seen) and np.ptp(seen[:, 1]) > 0.0 and inset.get_yscale() == "linear":
+                base = 0.0 if limits[1, 0] == 0.0 else seen[:, 1].min()  # an axis may begin at zero
+                part = (seen[:, 1].max() - base) / np.ptp(limits[1])
+                if part < MOST_EMPTY:
+                    found.append(f"data fill {part:.2f} of the axis of {inset.get_ylabel()}")
             if (legend := inset.get_legend()) is not None:
                 box = legend.get_window_extent(renderer)
                 marks = inset.transData.transform(seen) if len(seen) else []
                 under = sum(box.contains(*mark) for mark in marks)
-                found += [f"{under} points under a legend"] * (under > HIDDEN * len(marks))
+                if under > HIDDEN * len(marks):
+                    found.append(f"{under} points under a legend")
         for part in (axes.xaxis, axes.yaxis, axes.title, axes.get_legend()):
-            box = None if part is None or not axes.axison else part.get_tightbbox(renderer)
+            hidden = part is None or not axes.axison or (part is axes.title and not part.get_text())
+            box = None if hidden else part.get_tightbbox(renderer)
             if box is not None and box.width and not _within(box, figure.bbox):
                 found.append(f"{part} outside of the canvas")
     return found
