@@ -24,11 +24,6 @@ STYLE = """
   /* Pictures have no ground: black ink turns white, and hues stay. */
   img { filter: invert(0.92) hue-rotate(180deg); }
 }
-@media print {
-  :root { color-scheme: light; --ink: #000000; --ground: #ffffff; --line: #d5dbe1; --rule: #8a949e;
-    --pane: #f3f5f7; --flag: #fdecea; }
-  img { filter: none; }
-}
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem;
   color: var(--ink); background: var(--ground); overflow-wrap: break-word; }
 h1 { font-size: 1.6rem; line-height: 1.25; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
@@ -46,6 +41,9 @@ pre { background: var(--pane); padding: 0.8rem; overflow-x: auto; font-size: 0.8
 }
 @page { size: A4 landscape; margin: 12mm; }
 @media print {
+  :root { color-scheme: light; --ink: #000000; --ground: #ffffff; --line: #d5dbe1; --rule: #8a949e;
+    --pane: #f3f5f7; --flag: #fdecea; }
+  img { filter: none; }
   body { max-width: none; margin: 0; padding: 0; font-size: 10pt; }
   /* What scrolls on a screen is cut on paper: so nothing scrolls, and cells break. */
   .scroll { overflow: visible; }
