@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.models import Active
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, short runs")
@@ -34,6 +35,7 @@ def local(frame):
 
 # %% Two persistence lengths, below and far above the critical one, 13 diameters. Directions diffuse with
 # D_r = 3 D / diameter^2, as those of Brownian disks do.
+paper.use()  # colors
 figure = Figure(figsize=(10.2, 3.6), layout="constrained")
 left, middle, right = figure.subplots(1, 3)
 for length, axes, color in ((4.0, left, "C0"), (100.0, middle, "C3")):
@@ -63,12 +65,12 @@ for length, axes, color in ((4.0, left, "C0"), (100.0, middle, "C3")):
     axes.set(xlim=(0, sim.scene.box[0]), ylim=(0, sim.scene.box[1]), aspect="equal", xticks=[], yticks=[])
     axes.set_title(f"persistence length {length:g} σ", fontsize=10)
 
-# %% The picture: the colour of a disk is the direction into which it swims.
+# %% The picture: the color of a disk is the direction into which it swims.
 right.set_xlabel("local packing fraction")
 right.set_ylabel("probability density")
 right.legend(frameon=False)
 figure.savefig(args.out / "active_disks.png", dpi=110)
 
-# %% The movie: how the dense phase grows. The colour is psi_6, so that crystals show.
+# %% The movie: how the dense phase grows. The color is psi_6, so that crystals show.
 carom.movie(frames, args.out / "active_disks.gif", fps=8, size=64 if args.smoke else 480, color="psi_6")
 print(args.out / "active_disks.png", args.out / "active_disks.gif")

@@ -21,7 +21,7 @@ args = parser.parse_args()
 frames = 6 if args.smoke else 90
 
 # %% The table: four cushions, a rack of 78 disks nearly in contact, and one disk that moves.
-# Neighbours in the rack have small random gaps. At exact contact the outcome of a break is not defined.
+# Neighbors in the rack have small random gaps. At exact contact the outcome of a break is not defined.
 BOX, SIGMA, ROWS = (32.0, 18.0), 1.0, 12
 random = np.random.default_rng(4)
 rack = [
@@ -41,7 +41,7 @@ hits = sum(wall.hits for wall in sim.obstacles)
 print(f"{sim.collisions} collisions between {scene.n} disks and {hits} with the cushions")
 print(f"energy drift {sim.statistics.energy_drift:.1e}")
 
-# %% The film: colour is speed, from pale (at rest) to red.
+# %% The film: color is speed, from pale (at rest) to red.
 SCALE, FINE = 15, 4  # pixels a diameter, and how much finer a frame is drawn before it is scaled down
 SLOW, FAST = np.array([226, 232, 240]), np.array([220, 60, 40])
 
@@ -53,13 +53,11 @@ def drawn(frame: carom.Frame) -> Image.Image:
     draw = ImageDraw.Draw(picture)
     speeds = np.linalg.norm(frame.velocities, axis=1)
     for (x, y), speed in zip(frame.positions, speeds, strict=True):
-        colour = SLOW + (FAST - SLOW) * min(1.0, speed / 3.0) ** 0.6
+        color = SLOW + (FAST - SLOW) * min(1.0, speed / 3.0) ** 0.6
         x, y, radius = x * pixel, (BOX[1] - y) * pixel, 0.48 * SIGMA * pixel
-        draw.ellipse(
-            [x - radius, y - radius, x + radius, y + radius], fill=tuple((0.72 * colour).astype(int))
-        )
+        draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=tuple((0.72 * color).astype(int)))
         x, y, radius = x - 0.06 * pixel, y - 0.06 * pixel, 0.39 * SIGMA * pixel
-        draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=tuple(colour.astype(int)))
+        draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=tuple(color.astype(int)))
     return picture.resize((int(BOX[0] * SCALE), int(BOX[1] * SCALE)), Image.Resampling.LANCZOS)
 
 

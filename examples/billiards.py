@@ -61,8 +61,8 @@ print(f"{bounces} bounces, energy kept to {sim.statistics.energy_drift:.1e}")
 # %% The picture: tables, and the way of each disk.
 figure, axes = plt.subplots(figsize=(12.0, 2.9), dpi=75, layout="constrained")
 draw_obstacles(axes, scene.obstacles, frames[-1])
-for k, colour in enumerate(["#1f4e79", "#c0392b", "#2e8b57", "#7b4f9d"]):
-    axes.plot(*paths[:, k].T, lw=0.25, color=colour, alpha=0.8, zorder=0.2)
+for k, color in enumerate(["#1f4e79", "#c0392b", "#2e8b57", "#7b4f9d"]):
+    axes.plot(*paths[:, k].T, lw=0.25, color=color, alpha=0.8, zorder=0.2)
 axes.set(xlim=(0.0, 54.5), ylim=(0.0, 12.0), aspect="equal")
 axes.set_axis_off()
 figure.savefig(args.out)

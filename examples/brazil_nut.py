@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.models import Gravity, Loss, Plane, Sine
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, one seed, few cycles")
@@ -24,7 +25,7 @@ width, large, period, amplitude = 12.7, 3.5, 3.6, 1.0
 args.out.mkdir(parents=True, exist_ok=True)
 
 
-# %% A bed: small disks of slightly different sizes, so that they do not crystallise, over the large one,
+# %% A bed: small disks of slightly different sizes, so that they do not crystallize, over the large one,
 # which starts at the bottom. The floor is shaken with three times the field; contacts lose energy, and
 # the TC model keeps them from piling up.
 def bed(seed):
@@ -73,6 +74,7 @@ for seed in range(seeds):
     )
 
 # %% Height against time.
+paper.use()  # colors
 figure = Figure(figsize=(6.4, 4.0), layout="constrained")
 axes = figure.subplots()
 for track in heights:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.models import Brownian
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and samples")
@@ -47,6 +48,7 @@ for eta in fractions:
 
 # %% The picture: displacements, and coefficients beside the exact slope of thin suspensions, 1 - 2 eta.
 args.out.mkdir(parents=True, exist_ok=True)
+paper.use()  # colors
 figure = Figure(figsize=(8.4, 3.8), layout="constrained")
 left, right = figure.subplots(1, 2)
 for k, eta in enumerate(fractions):

@@ -27,7 +27,7 @@ args.out.mkdir(parents=True, exist_ok=True)
 code.save(args.out / "snub_cube.txt")
 print(args.out / "snub_cube.txt")
 
-# %% The picture: a colour for each number of contacts, a line for every contact.
+# %% The picture: a color for each number of contacts, a line for every contact.
 code.plot(args.out / "snub_cube.png", pixels=600)
 print(args.out / "snub_cube.png")
 

@@ -30,7 +30,7 @@ for eta in (0.56, 0.62, 0.68):
     z = found.Z
     infinite = z.mean + (z.mean - 1.0) / scene.n
     moved = [frame.unwrapped - scene.positions for frame in sim.sample(every=0.1, count=50)]
-    moved = np.array(moved) - np.mean(moved, axis=1, keepdims=True)  # without the centre of mass
+    moved = np.array(moved) - np.mean(moved, axis=1, keepdims=True)  # without the center of mass
     spacing = scene.box[0] / cells / np.sqrt(2.0)
     ratio = np.sqrt((moved**2).sum(axis=2).mean()) / spacing
     theory = carom.theory.almarza(eta)

@@ -47,7 +47,7 @@ for frame in sim.sample(every=STEP):
 # the flux n sqrt(kT / 2 pi m) of disks through a line in one direction. At a cushion the density is
 # higher by Z (the contact theorem).
 eta = scene.packing_fraction
-free = 1.0 - SIGMA  # centres stay within a square of this edge
+free = 1.0 - SIGMA  # centers stay within a square of this edge
 density = N / free**2
 contact = (1.0 - 7.0 * eta / 16.0) / (1.0 - eta) ** 2
 pressure = 1.0 + 0.5 * math.pi * density * SIGMA**2 * contact

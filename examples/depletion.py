@@ -18,6 +18,7 @@ import numpy as np
 
 import carom
 from carom.models import Andersen, Bonds, Steps, StepTable
+from carom.pictures import paper
 from carom.studies import own
 
 
@@ -143,6 +144,9 @@ if __name__ == "__main__":
     figure = study.plot()
     for eta in study.spec.packing_fraction:
         r = np.linspace(1.0, 1.0 + 2.0 * study.spec.ratio, 200)
-        figure.axes[0].plot(r, asakura_oosawa(r, eta, study.spec.ratio), "k--", lw=0.8)
+        theory = asakura_oosawa(r, eta, study.spec.ratio)
+        name = "Asakura and Oosawa" if eta == study.spec.packing_fraction[-1] else None
+        figure.axes[0].plot(r, theory, "--", color=paper.WARM, lw=1.0, label=name)
+    figure.axes[0].legend(frameon=False)
     figure.savefig(args.out / "depletion.png", dpi=110)
     print(study.table)

@@ -17,7 +17,7 @@ args = parser.parse_args()
 args.out.mkdir(parents=True, exist_ok=True)
 cells, collisions, frames = (3, 20, 3) if args.smoke else (8, 1000, 50)
 
-# %% A scene: spheres of diameter 1 on a face-centred cubic lattice, 4 a cell, filling 40 % of a periodic box.
+# %% A scene: spheres of diameter 1 on a face-centered cubic lattice, 4 a cell, filling 40 % of the box.
 scene = carom.Scene.crystal(cells=cells, packing_fraction=0.40)
 
 # %% Maxwell velocities, and enough collisions for the lattice to be forgotten.

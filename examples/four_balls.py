@@ -63,13 +63,13 @@ def trace(title, run, cycles):
 
 
 # %% The picture of one cycle: a full disk where a ball is now, its velocity (an arrow), and a dashed circle
-# where its new event takes place, with "(partner) time". A dotted circle is where the old event was. Grey
+# where its new event takes place, with "(partner) time". A dotted circle is where the old event was. Gray
 # disks are periodic images.
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#aa4499"]
+COLORS = ["#0072b2", "#d55e00", "#009e73", "#aa4499"]
 ARROW, MARGIN = 45.0, 75.0
 
 
-def draw_ball(axes, run, ball, colour):
+def draw_ball(axes, run, ball, color):
     """Old event, present state and new event of one ball."""
     radius, s = DIAMETER / 2, run.scheduled(ball)
     # Onto the table by the present position; the new position goes along with it, even if that is outside.
@@ -81,23 +81,23 @@ def draw_ball(axes, run, ball, colour):
         axes.add_patch(Circle(image, radius, facecolor="0.93", edgecolor="0.75", zorder=1))
         axes.text(*image, f"{ball}", color="0.6", ha="center", va="center", clip_on=True)
     if run.current_time > s.old_time:
-        axes.add_patch(Circle(s.old_position + shift, radius, fill=False, ls=":", color=colour, zorder=2))
-    axes.add_patch(Circle(now, radius, facecolor=colour, alpha=0.35, edgecolor=colour, lw=1.5, zorder=3))
+        axes.add_patch(Circle(s.old_position + shift, radius, fill=False, ls=":", color=color, zorder=2))
+    axes.add_patch(Circle(now, radius, facecolor=color, alpha=0.35, edgecolor=color, lw=1.5, zorder=3))
     axes.annotate(
         "",
         now + ARROW * s.old_velocity,
         now,
-        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.2, "shrinkA": 0, "shrinkB": 0},
+        arrowprops={"arrowstyle": "-|>", "color": color, "lw": 2.2, "shrinkA": 0, "shrinkB": 0},
         zorder=5,
     )
     behind = now - [0.5 * radius * np.sign(s.old_velocity[0] or 1.0), 0]
     number = {"fontsize": 14, "weight": "bold", "ha": "center", "va": "center", "zorder": 6}
     axes.text(*behind, f"{ball}", **number)
-    label = {"ha": "center", "va": "center", "fontsize": 10.5, "color": colour, "weight": "bold", "zorder": 7}
+    label = {"ha": "center", "va": "center", "fontsize": 10.5, "color": color, "weight": "bold", "zorder": 7}
     label["bbox"] = {
         "boxstyle": "round,pad=0.15",
         "facecolor": "white",
-        "edgecolor": colour,
+        "edgecolor": color,
         "lw": 0.6,
         "alpha": 0.9,
     }
@@ -107,8 +107,8 @@ def draw_ball(axes, run, ball, colour):
     after = s.new_position + shift
     partner = "" if s.partner is None else f"({s.partner}) "
     if s.new_time > run.current_time:
-        axes.plot(*zip(now, after, strict=True), ls="--", lw=1.0, color=colour, zorder=4)
-        axes.add_patch(Circle(after, radius, fill=False, ls="--", lw=1.5, color=colour, zorder=4))
+        axes.plot(*zip(now, after, strict=True), ls="--", lw=1.0, color=color, zorder=4)
+        axes.add_patch(Circle(after, radius, fill=False, ls="--", lw=1.5, color=color, zorder=4))
         forward = (after - now) / np.linalg.norm(after - now)
         axes.text(*(after + 0.55 * radius * forward), f"{partner}{s.new_time:.0f}", **label)
     else:
@@ -121,8 +121,8 @@ def draw(axes, run, sectors):
     for line in [] if sectors is None else np.linspace(0, EDGE, sectors[0] + 1)[1:-1]:
         axes.plot([line, line], [0, EDGE], color="0.5", lw=0.8, zorder=0)
         axes.plot([0, EDGE], [line, line], color="0.5", lw=0.8, zorder=0)
-    for ball, colour in zip(run.balls, COLOURS, strict=True):
-        draw_ball(axes, run, ball, colour)
+    for ball, color in zip(run.balls, COLORS, strict=True):
+        draw_ball(axes, run, ball, color)
     axes.set(
         xlim=(-MARGIN, EDGE + MARGIN), ylim=(-MARGIN, EDGE + MARGIN), aspect="equal", xticks=[], yticks=[]
     )
@@ -144,7 +144,7 @@ for row, (title, sectors, shown) in zip(grid, ROWS, strict=True):
             draw(next(frames), run, sectors)
     row[0].set_ylabel(title, fontsize=14, weight="bold")
 figure.suptitle(
-    "Disk: now. Arrow: velocity. Dotted: old event. Dashed: new event, (partner) time. Grey: images.",
+    "Disk: now. Arrow: velocity. Dotted: old event. Dashed: new event, (partner) time. Gray: images.",
     fontsize=13,
 )
 figure.savefig(args.out)

@@ -46,7 +46,7 @@ class RelaxationSpec(own.Spec):
 def scattering(sim, length, origins=9):
     """Return times up to ``length``, and F_s(k, t) of all particles at each, (starts, times).
 
-    F_s is the mean of cos(k . displacement), k near 2 pi over the mean diameter, the centre being at rest.
+    F_s is the mean of cos(k . displacement), k near 2 pi over the mean diameter, the center being at rest.
     """
     k = 2.0 * np.pi / sim.scene.box[0] * round(sim.scene.box[0])
     times = np.unique(np.geomspace(length / 5000, length, 60).round(6))

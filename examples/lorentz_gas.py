@@ -25,7 +25,7 @@ parser.add_argument("--out", type=Path, default=Path("lorentz_gas.png"), help="f
 args = parser.parse_args()
 length = 2_000 if args.smoke else 100_000
 
-# %% A periodic box with two scatterers. The disk has diameter 0.2: its centre sees scatterers of radius 1.
+# %% A periodic box with two scatterers. The disk has diameter 0.2: its center sees scatterers of radius 1.
 W, SIGMA = 0.3, 0.2
 a = 2.0 + W
 box = (a, math.sqrt(3.0) * a)
@@ -54,23 +54,23 @@ path = np.array(
 low, high = path.min(axis=0) - 1.5, path.max(axis=0) + 1.5
 cells = [np.arange(math.floor(low[k] / box[k]) - 1, math.ceil(high[k] / box[k]) + 1) * box[k] for k in (0, 1)]
 corners = np.array([(x, y) for x in cells[0] for y in cells[1]])
-centres = np.vstack([corners + np.array(ball.center) for ball in scatterers])
+centers = np.vstack([corners + np.array(ball.center) for ball in scatterers])
 figure = Figure(figsize=(7.0, 7.0 * (high[1] - low[1]) / (high[0] - low[0])), layout="constrained")
 axes = figure.subplots()
-wide = np.full(len(centres), 2.0)
+wide = np.full(len(centers), 2.0)
 axes.add_collection(
     EllipseCollection(
         wide,
         wide,
         np.zeros(len(wide)),
         units="xy",
-        offsets=centres,
+        offsets=centers,
         offset_transform=axes.transData,
         color="#d5dbe3",
     )
 )
 pieces = np.stack([path[:-1], path[1:]], axis=1)
-axes.add_collection(LineCollection(pieces, array=np.arange(len(pieces)), cmap="plasma", linewidths=1.0))
+axes.add_collection(LineCollection(pieces, array=np.arange(len(pieces)), cmap="viridis", linewidths=1.0))
 axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
 args.out.parent.mkdir(parents=True, exist_ok=True)
 picture = args.out if args.out.suffix else args.out.with_suffix(".png")

@@ -1,9 +1,9 @@
-"""Disks melt: the bond-orientational order psi_6 of every disk in colour, in fluid, coexistence and crystal.
+"""Disks melt: the bond-orientational order psi_6 of every disk in color, in fluid, coexistence and crystal.
 
     python examples/order_of_disks.py [--smoke] [--out order_of_disks.png]
 
-psi_6 of a disk is the mean of exp(6 i theta) over its six nearest neighbours. The hue is its phase, the
-orientation of the neighbourhood; the colour is strong where |psi_6| is near 1.
+psi_6 of a disk is the mean of exp(6 i theta) over its six nearest neighbors. The hue is its phase, the
+orientation of the neighborhood; the color is strong where |psi_6| is near 1.
 """
 
 # %% Arguments: --smoke makes it small, --out says where the picture goes.
@@ -48,7 +48,7 @@ for k, eta in enumerate((0.66, 0.71, 0.74)):
     whole, each = abs(order.mean()), abs(order).mean()
     print(f"packing fraction {eta:.2f}: |mean psi_6| = {whole:.3f}, mean |psi_6| = {each:.3f}")
     hue = np.angle(order) / (2.0 * np.pi) % 1.0
-    colours = hsv_to_rgb(np.stack([hue, np.abs(order) ** 2, np.full(n, 0.92)], axis=1))
+    colors = hsv_to_rgb(np.stack([hue, np.abs(order) ** 2, np.full(n, 0.92)], axis=1))
     width = np.full(n, 0.97)
     axes.add_collection(
         EllipseCollection(
@@ -58,13 +58,13 @@ for k, eta in enumerate((0.66, 0.71, 0.74)):
             units="xy",
             offsets=frame.positions,
             offset_transform=axes.transData,
-            facecolors=colours,
+            facecolors=colors,
         )
     )
     axes.set(xlim=(0, frame.box[0]), ylim=(0, frame.box[1]), aspect="equal", xticks=[], yticks=[])
     axes.set_title(f"packing fraction {eta:.2f}", fontsize=10)
 
-# %% The key of the colours, and the picture.
+# %% The key of the colors, and the picture.
 key = figure.add_subplot(panels[1, :])
 modulus, turns = np.mgrid[0:1:20j, 0:1:361j]
 key.imshow(

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.models import Gravity, Loss, Plane, Sine
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and cycles")
@@ -25,7 +26,7 @@ width, amplitude, shaking, phases = 24.4, 0.8, 4.0, 24
 args.out.mkdir(parents=True, exist_ok=True)
 
 # %% Lengths in mean diameters, the field is 1. The floor moves as A sin(2 pi t / T), with an acceleration of
-# up to four times the field. Sizes differ by 10 %, so that the bed does not crystallise; contacts lose
+# up to four times the field. Sizes differ by 10 %, so that the bed does not crystallize; contacts lose
 # energy, and the TC model keeps them from piling up.
 period = 2.0 * math.pi * math.sqrt(amplitude / shaking)
 rng = np.random.default_rng(1)
@@ -89,7 +90,8 @@ fraction = area.sum(axis=0) / (cycles * phases * width * np.diff(edges))
 middle = 0.5 * (edges[1:] + edges[:-1])
 print(f"packing fraction up to {fraction.max():.2f}; temperature {np.nanmin(kT):.2f} to {np.nanmax(kT):.2f}")
 
-# %% The picture: the bed when the floor is highest, its profiles, and its centre within a cycle.
+# %% The picture: the bed when the floor is highest, its profiles, and its center within a cycle.
+paper.use()  # colors
 figure = Figure(figsize=(9.0, 4.0), layout="constrained")
 bed, profile, cycle = figure.subplots(1, 3, width_ratios=[1.15, 1.0, 1.0])
 speeds = np.linalg.norm(shown.velocities, axis=1)
@@ -111,15 +113,15 @@ bed.set(xlim=(0.0, width), ylim=(0.0, 24.0), aspect="equal", xticks=[], ylabel="
 bed.set_title("the floor at its highest; fast disks are bright", fontsize=8)
 profile.plot(fraction, middle, color="C0", label="packing fraction")
 hot = profile.twiny()
-hot.plot(kT, middle, color="C3", label="temperature")
+hot.plot(kT, middle, color="C1", label="temperature")
 profile.set(ylim=(0.0, 24.0), xlim=(0.0, None))
 profile.set_xlabel("packing fraction", color="C0")
 hot.set_xlim(0.0, None)
-hot.set_xlabel("temperature / (m g diameter)", color="C3")
+hot.set_xlabel("temperature / (m g diameter)", color="C1")
 turn = np.arange(phases + 1) / phases
 low, half, high = (np.append(part, part[0]) for part in np.percentile(middles[1:], [5, 50, 95], axis=0))
 cycle.fill_between(turn, low, high, color="C0", alpha=0.3, lw=0, label="nine cycles of ten")
-cycle.plot(turn, half, color="C0", label="centre of mass, median")
+cycle.plot(turn, half, color="C0", label="center of mass, median")
 cycle.plot(turn, half.mean() + amplitude * np.sin(2.0 * np.pi * turn), "k--", lw=0.8, label="floor, moved up")
 cycle.set(xlabel="phase of the floor", ylabel="height / diameter")
 cycle.legend(fontsize=7)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.models import Restitution, Rough, Shear
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and short runs")
@@ -37,6 +38,7 @@ for name, law in laws.items():
 
 # %% The picture.
 args.out.mkdir(parents=True, exist_ok=True)
+paper.use()  # colors
 figure = Figure(figsize=(8.4, 3.8), layout="constrained")
 left, right = figure.subplots(1, 2)
 for k, (name, found) in enumerate(results.items()):

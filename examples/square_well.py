@@ -19,6 +19,7 @@ from matplotlib.collections import EllipseCollection
 
 import carom
 from carom.models import Bonds, SquareWell, chains
+from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few events, a small picture")
@@ -50,9 +51,9 @@ disks = carom.Scene.crystal(cells=12 if args.smoke else 32, dimension=2, packing
 drops = carom.Simulation(disks.replace(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
 drops.equilibrate(kT=0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
 bonds = drops.interaction.bonds_per_particle
-print(f"disks at kT = {drops.kT:.2f}: {bonds:.2f} neighbours each in their wells")
+print(f"disks at kT = {drops.kT:.2f}: {bonds:.2f} neighbors each in their wells")
 
-# %% A chain of hard disks: neighbours on it are never further apart than 1.2 diameters.
+# %% A chain of hard disks: neighbors on it are never further apart than 1.2 diameters.
 length = 10 if args.smoke else 60
 x = 4.0 + np.column_stack([1.1 * np.arange(length), 0.3 * (np.arange(length) % 2)])
 chain = Bonds(chains(1, length), inner=1.0, outer=1.2, others=SquareWell(1.5, 0.5))
@@ -61,6 +62,7 @@ string.run(collisions_per_particle=20 * LONG)
 print(f"a chain of {length}: {string.collisions} events, energy kept to {string.statistics.energy_drift:.1g}")
 
 # %% The picture.
+paper.use()  # colors
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.7))
 left.plot(gr.r, gr.g, color="0.4", lw=1)
 for side in (core, well):

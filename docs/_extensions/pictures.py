@@ -1,7 +1,7 @@
 """Run examples at full size and store what the gallery shows: pictures and printed lines.
 
 ``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its
-pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
+pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colors, and as many fewer as
 keep it below 150 kB. Thumbnails for cards, and beside each picture one for the dark theme, are made of them:
 ``pictures.py dark`` makes those of all again.
 """
@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 SUFFIXES = {b"\x89PNG": ".png", b"GIF8": ".gif"}
 SIZES = ((900, 256), (900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
-"""Widths [pixels] and numbers of colours, the finest first."""
+"""Widths [pixels] and numbers of colors, the finest first."""
 MOST = 150_000
 """Bytes of a picture."""
 
@@ -89,13 +89,13 @@ def _suffix(path: Path) -> str | None:
 
 
 def shrink(source: Path, target: Path) -> None:
-    """Write a picture with the most pixels and colours that fit."""
+    """Write a picture with the most pixels and colors that fit."""
     picture = Image.open(source).convert("RGB")
-    for width, colours in SIZES:
+    for width, colors in SIZES:
         width = min(width, picture.width)
         height = round(picture.height * width / picture.width)
         small = picture.resize((width, height), Image.Resampling.LANCZOS)
-        small.quantize(colours, dither=Image.Dither.NONE).save(target, optimize=True)
+        small.quantize(colors, dither=Image.Dither.NONE).save(target, optimize=True)
         if target.stat().st_size <= MOST:
             return
 
@@ -109,11 +109,11 @@ def darkened(picture: Image.Image) -> Image.Image:
     high, low = shown.max(axis=2, keepdims=True), shown.min(axis=2, keepdims=True)
     cover = 1.0 - low / 255.0  # of the ink
     ink = (shown - 255.0 * (1.0 - cover)) / np.maximum(cover, 1e-9)
-    # Grey is turned, a color made lighter: dark blue becomes light blue.
-    colour = np.minimum(3.0 * (high - low) / np.maximum(255.0 * cover, 1e-9), 1.0)
+    # Gray is turned, a color made lighter: dark blue becomes light blue.
+    color = np.minimum(3.0 * (high - low) / np.maximum(255.0 * cover, 1e-9), 1.0)
     light = 230.0 - 0.35 * ink
     lighter = ink + (255.0 - ink) * 0.65 * (1.0 - ink.mean(axis=2, keepdims=True) / 255.0)
-    ink = colour * lighter + (1.0 - colour) * light
+    ink = color * lighter + (1.0 - color) * light
     mixed = cover * ink + (1.0 - cover) * DARK
     return Image.fromarray(np.clip(mixed, 0.0, 255.0).round().astype(np.uint8))
 
@@ -154,7 +154,7 @@ def store_viewer() -> None:
             "viewer": (carom.view(log, title="100 disks"), "time=2.3&chosen=12"),
             "viewer-slab": (
                 carom.view(frames, title="200 spheres of two species"),
-                "frame=8&chosen=20&colour=speed&slab=y&thick=0.7",
+                "frame=8&chosen=20&color=speed&slab=y&thick=0.7",
             ),
         }
         for name, (view, look) in views.items():

@@ -1,4 +1,4 @@
-"""Sums over the realised events of one stretch of a run."""
+"""Sums over the realized events of one stretch of a run."""
 
 from __future__ import annotations
 

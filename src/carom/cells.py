@@ -1,4 +1,4 @@
-"""Components sorted into cells: neighbours in space are neighbours in memory.
+"""Components sorted into cells: neighbors in space are neighbors in memory.
 
 Cells along the last axis, and their members, follow each other: all of a *column* near a component are one
 stretch of memory, in any dimension.

@@ -27,7 +27,7 @@ class Frame:
     time : float
         Time since the start of the run [time].
     step : int
-        Pair collisions realised since the start of the run.
+        Pair collisions realized since the start of the run.
     positions : (n, d) float64 array
         Centers [length], wrapped into ``0 <= x < edge``.
     velocities : (n, d) float64 array

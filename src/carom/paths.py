@@ -133,9 +133,9 @@ def replacing(path: Path) -> Iterator[Path]:
         with writing(path, (OSError,)):  # any other error of the body is its own
             yield temporary
         with writing(path):
-            _synchronise(temporary)
+            _synchronize(temporary)
             os.replace(temporary, path)
-            _synchronise(path.parent)
+            _synchronize(path.parent)
     except CaromError as error:
         error.args = tuple(str(part).replace(str(temporary), str(path)) for part in error.args)
         raise
@@ -158,7 +158,7 @@ def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
 _REMNANT = re.compile(r"\.(?P<stem>.+)\.\d+\.tmp(?P<suffix>\.[^.]+)?")
 
 
-def _synchronise(path: Path) -> None:
+def _synchronize(path: Path) -> None:
     """Ask the system to put a file, or a folder's list of names, on the disk."""
     if os.name == "nt" and path.is_dir():  # Windows opens no folders.
         return

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from itertools import repeat
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 from carom.checks import needed
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
-WIDE = 200  # characters of a line of a table as plain text
+GAP = 2  # spaces between columns
+HEAD, NARROWEST = 12, 24  # characters to which a head and a column of sentences may shrink
+WIDEST = 10_000  # characters of a line in a file
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class Column:
     form: str | Callable[[Any, Any], str] = ""  # format, or what makes the text of a value and its row
     left: bool = False  # text, which stands on the left
     missing: str = ""  # shown for an unknown number
+    key: bool = False  # says which row it is: repeated where a table is split
 
     def text(self, row: Any, name: str) -> str:
         """Return a value of a row as text."""
@@ -119,59 +123,87 @@ class Table(Sequence[Any]):
     _repr_html_ = html
 
     def rich(self, console: Console) -> Any:
-        """Return the table for a terminal, a value a line if it is too wide; without rows title and notes."""
+        """Return the table for a terminal or a file, each row a row; without rows title and notes.
+
+        On a terminal that is too narrow, heads and sentences are wrapped, and columns that still have no room
+        stand below, again with those that name the row. In a file every line is whole, however long.
+        """
+        from rich.text import Text
+
+        parts: list[Any] = [Text(self.title, "bold")] if self.title else []
+        if self.rows:
+            columns, rows = self._cells()
+            heads, groups = _laid_out(columns, rows, console.width if console.is_terminal else WIDEST)
+            for group in groups:
+                parts += ["", self._beside([(columns[k], heads[k], [row[k] for row in rows]) for k in group])]
+            parts.append("")
+        return _Below([*parts, *(Text(visible(note)) for note in self.notes)])
+
+    def _beside(self, columns: Sequence[tuple[Column, str, Sequence[str]]]) -> Any:
+        """Return columns with their heads and texts as a table of Rich."""
         from rich import box
-        from rich.measure import Measurement
         from rich.table import Table as Rich
         from rich.text import Text
 
-        columns, rows = self._cells()
-        headed = any(column.head for column in columns)
         made = Rich(
-            box=box.SIMPLE_HEAD if headed else box.SIMPLE,
+            box=box.SIMPLE_HEAD,
+            show_edge=False,
             pad_edge=False,
             collapse_padding=True,
-            show_header=headed,
+            show_header=any(head for _, head, _ in columns),
         )
-        for column in columns:
-            made.add_column(Text(column.head), justify="left" if column.left else "right", no_wrap=True)
-        for row, texts in zip(self.rows, rows, strict=True):
+        for column, head, _ in columns:
+            side: Any = "left" if column.left else "right"
+            made.add_column(Text(head), justify=side, no_wrap=not column.left, overflow="fold")
+        for row, *texts in zip(self.rows, *(texts for _, _, texts in columns), strict=True):
             made.add_row(*map(Text, texts), style="red" if self.flagged(row) else None)
-        notes = [visible(note) for note in self.notes]
-        wide = Measurement.get(console, console.options.update(max_width=10_000), made).maximum
-        if rows and wide <= console.width:
-            made.title, made.title_justify = (Text(self.title, "bold") if self.title else None), "left"
-            # The caption of Rich is as wide as the table, and sentences are longer.
-            return _Above(made, [Text(note) for note in notes])
-        lines = [self.title] if self.title else []
-        for first, *rest in rows:
-            if len(rest) == 1:
-                lines.append(f"{first}: {rest[0]}")
-                continue
-            lines.append(f"{columns[0].head} {first}".strip())
-            named = zip(columns[1:], rest, strict=True)
-            lines += [f"  {c.head}: {text}" if c.head else f"  {text}" for c, text in named if text]
-        return Text("\n".join([*lines, *notes]))
+        return made
 
     def __str__(self) -> str:
         from rich.console import Console
 
         out = io.StringIO()
-        console = Console(file=out, width=WIDE, color_system=None, highlight=False)
-        console.print(self.rich(console))
+        console = Console(file=out, color_system=None, highlight=False)
+        console.print(self.rich(console), crop=False)
         return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
 
 
-@dataclass(frozen=True)
-class _Above:
-    """A table for a terminal above its notes."""
+def _laid_out(
+    columns: Sequence[Column], rows: Sequence[Sequence[str]], width: int
+) -> tuple[list[str], list[list[int]]]:
+    """Return the heads of columns, and which columns stand beside each other on lines of ``width``."""
+    from rich.cells import cell_len
 
-    table: Any
-    notes: list[Any]
+    heads = [column.head for column in columns]
+    texts = [max(map(cell_len, each)) for each in zip(*rows, strict=True)]
+    wide = [max(cell_len(head), text) for head, text in zip(heads, texts, strict=True)]
+    keys = [k for k, column in enumerate(columns) if column.key]
+    if sum(wide) + GAP * (len(wide) - 1) <= width:
+        return heads, [list(range(len(columns)))]
+    heads = ["\n".join(wrap(head, max(text, HEAD))) for head, text in zip(heads, texts, strict=True)]
+    texts = [min(t, NARROWEST) if c.left and not c.key else t for t, c in zip(texts, columns, strict=True)]
+    wide = [max([text, *map(cell_len, head.split("\n"))]) for head, text in zip(heads, texts, strict=True)]
+    groups = [list(keys)]
+    for k in (k for k, column in enumerate(columns) if not column.key):
+        longer = [*groups[-1], k]
+        if len(groups[-1]) > len(keys) and sum(wide[j] + GAP for j in longer) - GAP > width:
+            groups.append(list(keys))
+        groups[-1].append(k)
+    return heads, groups
+
+
+@dataclass(frozen=True)
+class _Below:
+    """Lines and tables, one below the other."""
+
+    parts: list[Any]
 
     def __rich_console__(self, console: Any, options: Any) -> Iterator[Any]:
-        yield self.table
-        yield from self.notes
+        from rich.table import Table as Rich
+
+        whole = options if console.is_terminal else options.update(width=WIDEST)
+        for part in self.parts:
+            yield from console.render(part, whole if isinstance(part, Rich) else options)
 
 
 def of_texts(
@@ -182,7 +214,7 @@ def of_texts(
     left: int = 1,
 ) -> Table:
     """Return a table of texts with ``left`` columns on the left; rows may lack their last cells."""
-    marks = [Annotated[str, Column(head, left=k < left)] for k, head in enumerate(heads)]
+    marks = [Annotated[str, Column(head, left=k < left, key=k == 0)] for k, head in enumerate(heads)]
     kind = make_dataclass("Texts", [(f"column_{k}", mark, "") for k, mark in enumerate(marks)], frozen=True)
     return Table(kind, [kind(*row) for row in rows], title, notes)
 

@@ -76,3 +76,8 @@ def span(values: Any) -> str:
     """Return the smallest and the largest value of an array as text, or one if they are equal."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+
+
+def superscript(exponent: int) -> str:
+    """Return an exponent as it is written; nothing for 1."""
+    return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(exponent)) if exponent > 1 else ""

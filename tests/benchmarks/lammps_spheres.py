@@ -106,7 +106,7 @@ class LammpsSpheres:
 
     @property
     def positions(self) -> np.ndarray:
-        """Centres (n, 3), in the box [length]."""
+        """Centers (n, 3), in the box [length]."""
         return np.array(self._program.gather_atoms("x", 1, 3)).reshape(-1, 3)
 
     @property

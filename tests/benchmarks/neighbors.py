@@ -1,4 +1,4 @@
-"""The nearest neighbours of all components of a frame, by sorted cells, a k-d tree and freud, in turn.
+"""The nearest neighbors of all components of a frame, by sorted cells, a k-d tree and freud, in turn.
 
     python tests/benchmarks/neighbors.py                       # 10^4 and 10^5 hard disks and spheres
     python tests/benchmarks/neighbors.py --dimensions 4 --sizes 10000

@@ -1,4 +1,4 @@
-"""The scan behind the rule that chooses the neighbour scheme: rate over packing fraction and reach.
+"""The scan behind the rule that chooses the neighbor scheme: rate over packing fraction and reach.
 
 python tests/benchmarks/scan.py --dimension 3 --cells 10 --packing-fraction 0.05 0.3 0.49
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import time
 import warnings
@@ -19,14 +20,14 @@ from rich.progress import Progress, TaskProgressColumn
 from typer.testing import CliRunner
 
 from carom.cli import app, heartbeat, results, screen
-from carom.cli.tables import Screen
 from carom.cli.trouble import friendly
 from carom.errors import CaromWarning
 from carom.notebook import advance
 from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
+from carom.pictures.paper import SERIES, shade
 from carom.studies.coefficients.study import Row
-from carom.studies.eos.pictures import SIZES, of_size
+from carom.studies.eos import table as eos
 from carom.studies.eos.study import composition
 from carom.studies.planner.outcome import Outcome
 from carom.studies.report import STYLE
@@ -84,19 +85,19 @@ def test_theory_is_compared_from_ten_samples_on_with_the_error_of_both(samples, 
 
 
 @pytest.mark.parametrize("width", [30, 60])
-def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
+def test_a_table_wider_than_the_terminal_is_split_and_loses_nothing(width):
     theory = [
         {"name": f"An equation of state with a long name, {k}", "Z": 2.0 + 0.01 * k,
          "Z_infinite": None, "contact_value": None}
         for k in (1, 2)
     ]  # fmt: skip
     table = results._physics(summary(theory=theory))
-    shown, wide = printed(table, width), printed(table, 400)
+    shown, wide = printed(table, width, terminal=True), printed(table)
     assert max(map(len, shown.splitlines())) <= width
     assert "…" not in shown
     numbers = re.findall(r"\d+\.\d+", wide)
     assert sorted(re.findall(r"\d+\.\d+", shown)) == sorted(numbers)
-    assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
+    assert len(wide.splitlines()) < len(shown.splitlines())
 
 
 def test_a_table_without_rows_is_its_title_and_its_notes():
@@ -207,8 +208,8 @@ def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
     assert "@page" in STYLE
 
 
-def test_sizes_of_a_study_have_colours_of_their_own():
-    assert len({of_size(k) for k in range(len(SIZES))}) == len(SIZES) > 4
+def test_sizes_of_a_study_have_colors_of_their_own():
+    assert len({shade(k) for k in range(len(SERIES))}) == len(SERIES) > 4
 
 
 def test_the_shell_can_complete_commands():
@@ -236,20 +237,67 @@ def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
     assert heart.state == "Packing, 25 %"
 
 
-@pytest.mark.parametrize("width", [60, 200])
-def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_cut(
-    width, monkeypatch, capsys
-):
-    row = Row(0.1, 108, "thermal_conductivity", 0.88, 0.03, 0.95225, 0.921, 5.664, 11.33, "too short")
-    monkeypatch.setenv("COLUMNS", str(width))
-    console = Screen()
-    console.print(Table(Row, [row], notes=["* η = 0.1, N = 108: too short"]).rich(console))
-    shown = capsys.readouterr().out
-    words = ("0.1", "108", "thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33")
-    assert all(word in shown for word in words)
-    assert ("value: 0.88 ± 0.03" in shown) == (width == 60)
-    assert all(len(line.rstrip()) <= width for line in shown.splitlines())
-    assert "too short" in shown
+def coefficients(count):
+    rows = [
+        Row(0.1, n, "thermal_conductivity", 0.88, 0.03, 0.95225, 0.921, 5.664, 11.33, "")
+        for n in range(count)
+    ]
+    return Table(Row, rows, notes=["* η = 0.1, N = 108: too short"])
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_columns_without_room_on_a_terminal_stand_below_and_every_row_is_a_row(width):
+    lines = printed(coefficients(3), width, terminal=True).splitlines()
+    assert max(len(line.rstrip()) for line in lines) <= width
+    words = ("thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33")
+    for word in words:
+        assert sum(word in line for line in lines) >= 3, word
+    named = [line for line in lines if "thermal conductivity" in line]
+    groups = len(named) // 3
+    assert len(named) == 3 * groups
+    assert groups == {60: 2, 80: 1}[width]
+    assert lines[-1] == "* η = 0.1, N = 108: too short"
+
+
+def test_a_row_is_one_line_of_a_file_however_narrow_it_seems():
+    lines = printed(coefficients(5), 30, terminal=False).splitlines()
+    assert sum("0.95225" in line and "5.664 and 11.33" in line for line in lines) == 5
+
+
+def test_sentences_of_a_table_are_wrapped_on_a_terminal():
+    words = ["for", "every", "measurement:", "what", "is", "wrong", "is", "rounding"]
+    table = of_texts(("method", "choose it"), [("engine", " ".join(words))], left=2)
+    lines = printed(table, 40, terminal=True).splitlines()
+    assert max(map(len, lines)) <= 40
+    assert " ".join(lines).split()[-len(words) - 1 :] == ["engine", *words]
+    assert any(line.split()[1:] == words for line in printed(table, 40, terminal=False).splitlines())
+
+
+@pytest.mark.parametrize("precise", [1e-4, 0.02])
+def test_the_table_of_an_equation_of_state_fits_into_eighty_columns(precise):
+    rows = [
+        eos.Row(
+            0.4567, 10_000, 3, "fluid", 16, 12.34567, precise, 12.35, 12.5, precise, 1.0, 12.34567, -1.2,
+            15.6, 0.3, math.nan, math.nan, math.nan, 2.0, False, ("too short",), 1_000,
+        )
+    ]  # fmt: skip
+    lines = printed(Table(eos.Row, rows), 80, terminal=True).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len([line for line in lines if "0.4567" in line]) == 1
+
+
+@pytest.mark.parametrize(
+    ("held", "count"), [([1.0] * 64, 11), ([100.0] * 5 + [0.001] * 59, 5), ([0.0] * 9, 0)]
+)
+def test_a_bed_prints_a_dozen_of_its_layers_from_the_floor_to_where_the_particles_end(held, count):
+    known = {"mean": 1.0, "error": 0.1}
+    layers = [
+        {"low": float(k), "high": k + 1.0, "members": members, "kT": known} for k, members in enumerate(held)
+    ]
+    table = results._bed(summary(layers=layers, weight=1.0))
+    assert len(table) == count <= results.MOST_LAYERS
+    assert f"{count} of {len(held)}" in table.title
+    assert not table or printed(table).splitlines()[4].startswith("0 to ")
 
 
 def test_a_sentence_is_a_note_once(capsys):

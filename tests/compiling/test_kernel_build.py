@@ -1,4 +1,4 @@
-"""The kernel as it is built: without compilation, with bounds checks, vectorised, on any processor."""
+"""The kernel as it is built: without compilation, with bounds checks, vectorized, on any processor."""
 
 import ast
 import shutil
@@ -124,7 +124,7 @@ def test_all_that_is_compiled_lies_where_the_sources_count(name, monkeypatch):
 @pytest.mark.needs("an x86-64 processor")
 @pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("name", ["fluid", "disks"])
-def test_the_search_for_a_partner_is_vectorised(name):
+def test_the_search_for_a_partner_is_vectorized(name):
     def search(model, state, neighbors, i, now):
         return cycle.search(model, state, neighbors, i, now, 0, cycle.NO_REF)
 
@@ -132,10 +132,10 @@ def test_the_search_for_a_partner_is_vectorised(name):
     translated = Translated(search, (engine.model, engine.state, engine.neighbors, 0, 0.0), "search")
     listing = machine.assembly(translated.text).splitlines()
     for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
-        assert any(instruction in line for line in listing), f"no {instruction}: it is not vectorised"
+        assert any(instruction in line for line in listing), f"no {instruction}: it is not vectorized"
 
 
-def test_a_loop_whose_rounds_depend_on_each_other_is_not_called_vectorised():
+def test_a_loop_whose_rounds_depend_on_each_other_is_not_called_vectorized():
     def roots(values):
         for k in range(1, len(values)):
             values[k] = np.sqrt(values[k] + values[k - 1])

@@ -42,7 +42,7 @@ def test_a_time_beyond_the_clock_is_an_error(sim):
 
 @pytest.mark.parametrize("shape", [slow((4000,)), (64, 64), (16, 16, 16)])
 def test_thousands_collide_at_the_same_instant(shape):
-    # The colours of a checkerboard move to the right and to the left: all pairs meet at once, and again.
+    # The colors of a checkerboard move to the right and to the left: all pairs meet at once, and again.
     cells = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, len(shape))
     velocities = np.zeros(cells.shape)
     velocities[:, 0] = np.where(cells.sum(axis=1) % 2, 1.0, -1.0)

@@ -68,7 +68,7 @@ def test_compiled_collisions_come_in_the_oracle_s_order(case, neighbors, tmp_pat
     ],
 )
 def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
-    # The other edges: 1, 2, 3 or more sectors. Centres half a box apart along the longest edge never overlap,
+    # The other edges: 1, 2, 3 or more sectors. Centers half a box apart along the longest edge never overlap,
     # or along all edges where the box is small.
     box = np.array([edge] + [other] * (dimension - 1))
     scene = moving(carom.Scene([0.1 * box, 0.6 * box], tuple(box)), seed=int(100 * edge + other))

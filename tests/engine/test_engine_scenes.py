@@ -25,7 +25,7 @@ from carom.models.motions.gravity import Gravity
 from carom.simulation.measuring import stretches
 
 
-# In three and four dimensions sectors have many neighbours, and plain Python is slow.
+# In three and four dimensions sectors have many neighbors, and plain Python is slow.
 def suits(name, scheme):
     dimension = int(name[-1])
     quick = scheme == "lists" or name[:-2] in ("lorentz", "flask", "boxed")
@@ -126,7 +126,7 @@ def test_growth_goes_on_through_refits_without_overlap():
         assert_no_overlap(scene, frame)
         check_lists(sim)
         bases.add(sim._state.clock.base)
-    assert len(bases) > 3, "the neighbour scheme was renewed on the way"
+    assert len(bases) > 3, "the neighbor scheme was renewed on the way"
     assert sim.packing_fraction == pytest.approx(before * 2.5**2, rel=1e-12)  # 1 + 0.05 * 30
     assert sim.collisions > 5 * scene.n
     assert sum(impact.hits for impact in sim.obstacles) > 5 * scene.n
@@ -206,7 +206,7 @@ def test_sums_by_species_add_up_to_the_whole_and_limits_of_a_run_hold_for_mixtur
 
 @pytest.mark.usefixtures("plain")
 def test_the_event_log_numbers_walls_and_obstacles_from_n_on(tmp_path):
-    # The kernel keeps obstacles by kind: two balls apart in the scene are neighbours there.
+    # The kernel keeps obstacles by kind: two balls apart in the scene are neighbors there.
     scene, path = oracle_scenes.flask(2).scene, tmp_path / "events.h5"
     with carom.Simulation(scene, event_log=path, tuning=carom.Tuning(neighbors="sectors")) as sim:
         sim.run(collisions=4)

@@ -134,7 +134,7 @@ def test_one_component_alone_is_not_waited_for(walls):
 
 @pytest.mark.parametrize("axis", [None, 0])
 def test_a_container_that_fits_like_a_skin_is_refused(axis):
-    # The centre cannot move, and a hit there has no direction.
+    # The center cannot move, and a hit there has no direction.
     around = [SphericalContainer((1.0,) * 3, 0.5)]
     if axis is not None:
         around = [CylindricalContainer(axis, (1.0,) * 3, 0.5)]

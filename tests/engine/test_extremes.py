@@ -517,14 +517,14 @@ def test_the_papers_figure_6_has_a_defined_outcome_that_keeps_energy_and_momentu
     # The pair of the smaller index goes first, as in the oracle; the outcome is not mirror symmetrical.
     before = figure_six().velocities
     oracle = NaiveSystem(figure_six().positions, before, [10.0, 10.0])
-    realised = oracle.advance_to(2.0)
-    assert [(c.i, c.j) for c in realised[:2]] == [(0, 1), (1, 2)]
-    assert float(realised[1].time - realised[0].time) < 1e-15
+    realized = oracle.advance_to(2.0)
+    assert [(c.i, c.j) for c in realized[:2]] == [(0, 1), (1, 2)]
+    assert float(realized[1].time - realized[0].time) < 1e-15
     np.testing.assert_allclose(frames[0].velocities, oracle.velocities.astype(float), atol=64 * EPS)
     assert abs(frames[0].velocities[0, 0] + frames[0].velocities[2, 0]) > 0.05
     np.testing.assert_allclose(frames[0].velocities.sum(axis=0), before.sum(axis=0), atol=8 * EPS)
     assert sims[0].statistics.energy_drift <= 8 * EPS
-    assert sims[0].collisions == len(realised)
+    assert sims[0].collisions == len(realized)
 
 
 def cradle(dimension, gap):
@@ -538,7 +538,7 @@ def cradle(dimension, gap):
 
 
 def opposed_lattice(dimension):
-    """Return a lattice in which neighbours move towards each other."""
+    """Return a lattice in which neighbors move towards each other."""
     scene = carom.Scene.crystal(cells=4, lattice="cubic", dimension=dimension, packing_fraction=0.3)
     signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
     v = np.zeros_like(scene.positions)
@@ -645,7 +645,7 @@ def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisi
     assert_sound(sim, overlap=64 * EPS * max(scene.box) * max(1.0, speed))
 
 
-def test_relabelled_particles_make_the_same_run_up_to_the_horizon(tmp_path):
+def test_relabeled_particles_make_the_same_run_up_to_the_horizon(tmp_path):
     scene = moving(carom.Scene.crystal(cells=3, packing_fraction=0.3), 3)
     names = np.random.default_rng(1).permutation(scene.n)
     other = scene.replace(

@@ -146,10 +146,10 @@ def shown(page, tmp_path, state="", size=SIZE):
     return browser().picture()
 
 
-def where(picture, colour):
-    """Return the middle and the number of the points that have the hue of a colour."""
+def where(picture, color):
+    """Return the middle and the number of the points that have the hue of a color."""
     flat = picture - picture.mean(axis=2, keepdims=True)
-    asked = np.array(colour) - np.mean(colour)
+    asked = np.array(color) - np.mean(color)
     size = np.linalg.norm(flat, axis=2)
     alike = (flat @ asked > 0.97 * size * np.linalg.norm(asked)) & (size > 0.1)
     alike[: int(0.15 * len(picture))] = alike[int(0.85 * len(picture)) :] = False  # legend and buttons

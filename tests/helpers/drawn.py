@@ -4,6 +4,14 @@ import dataclasses
 
 import numpy as np
 from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
+
+MOST_EMPTY = 0.2
+"""Part of an axis that the data of its curves fill at least."""
+
+HIDDEN = 0.1
+"""Part of the points of axes that a legend may lie over: of a cloud of blocks, not of a curve."""
 
 
 def points_of(axes):
@@ -92,3 +100,49 @@ def strange_bars(axes, found, scale=1.0):
         if not (np.abs(pairs - [middle, half]) <= near).all(axis=1).any():
             strange.append((middle, half))
     return len(drawn), strange
+
+
+def wrong_with(figure, colors):
+    """Return what a reader would miss in a figure, in words.
+
+    That are colors that are none of the palette, a legend over data, words outside of the canvas, and an axis
+    that errors have set, so that the data fill little of it.
+    """
+    figure.draw_without_rendering()
+    renderer, found = figure.canvas.get_renderer(), []
+    for axes in figure.axes:
+        for inset in (axes, *axes.child_axes):
+            for line in inset.get_lines():
+                marked = line.get_linestyle() == "None"  # then the color of the line is not seen
+                color = to_hex(line.get_markeredgecolor() if marked else line.get_color())
+                if len(line.get_xdata()) and color not in colors:
+                    found.append(f"color {color} of {line.get_label()}")
+            limits = np.array([sorted(inset.get_xlim()), sorted(inset.get_ylim())])
+            curves = [(artist, p) for artist, p in points_of(inset) if isinstance(artist, Line2D)]
+            places = [p for line, p in curves if len(p) > 2 or line.get_marker() != "None"]
+            places = np.concatenate(places or [np.zeros((0, 2))])
+            places = places[np.isfinite(places).all(axis=1)]
+            seen = places[((places >= limits[:, 0]) & (places <= limits[:, 1])).all(axis=1)]
+            if len(seen) and np.ptp(seen[:, 1]) > 0.0 and inset.get_yscale() == "linear":
+                base = 0.0 if limits[1, 0] == 0.0 else seen[:, 1].min()  # an axis may begin at zero
+                part = (seen[:, 1].max() - base) / np.ptp(limits[1])
+                if part < MOST_EMPTY:
+                    found.append(f"data fill {part:.2f} of the axis of {inset.get_ylabel()}")
+            if (legend := inset.get_legend()) is not None:
+                box = legend.get_window_extent(renderer)
+                marks = inset.transData.transform(seen) if len(seen) else []
+                under = sum(box.contains(*mark) for mark in marks)
+                if under > HIDDEN * len(marks):
+                    found.append(f"{under} points under a legend")
+        for part in (axes.xaxis, axes.yaxis, axes.title, axes.get_legend()):
+            hidden = part is None or not axes.axison or (part is axes.title and not part.get_text())
+            box = None if hidden else part.get_tightbbox(renderer)
+            if box is not None and box.width and not _within(box, figure.bbox):
+                found.append(f"{part} outside of the canvas")
+    return found
+
+
+def _within(box, canvas):
+    """Tell whether a box lies on the canvas, up to half a pixel."""
+    low, high = box.min - canvas.min + 0.5, canvas.max - box.max + 0.5
+    return (low >= 0.0).all() and (high >= 0.0).all()

@@ -61,7 +61,7 @@ def write(path, frames, mode="w", **options):
 
 
 def float32_spacing(frame):
-    """Half the distance of neighbouring float32 at the far face: how far rounding moves a coordinate."""
+    """Half the distance of neighboring float32 at the far face: how far rounding moves a coordinate."""
     return 0.5 * float(np.spacing(np.float32(max(frame.box))))
 
 
@@ -119,7 +119,7 @@ def at_rest(scene, time=0.0, **more) -> Frame:
 
 
 def crystal(dimension: int, cells, apart: float = TOUCHING) -> Frame:
-    """The densest lattice, its neighbours `apart` of a diameter from contact."""
+    """The densest lattice, its neighbors `apart` of a diameter from contact."""
     lattice = lattices.densest(dimension)
     counts = lattices.cells_along(lattice, cells)
     edge = (1.0 + apart) / lattice.nearest

@@ -12,7 +12,7 @@ from helpers.naive.oracle import Oracle
 
 EPS = np.finfo(float).eps
 
-# What the oracle's state is moved by, to see how fast neighbouring trajectories part: far above its rounding
+# What the oracle's state is moved by, to see how fast neighboring trajectories part: far above its rounding
 # of 10^-50, far below what would leave the linear regime within the collisions looked at.
 NUDGE = 1e-30
 
@@ -87,7 +87,7 @@ def assert_equal_to_oracle(scene, count, folder, at_least=None, **settings):
         time = float(collision.time)
         assert (events.i[k], events.j[k]) == (collision.i, collision.j), f"collision {k} at {time}"
         assert abs(times[k] - time) < bounds[k], f"collision {k}: {times[k]} instead of {time}"
-        share = bounds[k] * fastest / scene.diameter  # by which the line of centres may have turned
+        share = bounds[k] * fastest / scene.diameter  # by which the line of centers may have turned
         assert abs(events.impulse[k] - float(collision.impulse)) < 2 * scene.mass * fastest * share
     # A flight is four boxes long at most before its clock is set back; some 16 roundings of that size add up.
     assert sim.statistics.worst_overlap < 16 * EPS * 4 * max(scene.box) / scene.diameter

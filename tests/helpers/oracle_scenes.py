@@ -236,7 +236,7 @@ def dilute(d):
 
 
 def meeting_by_growth(d):
-    """Centres approach each other more slowly than the threshold, surfaces do not: energy is lost."""
+    """Centers approach each other more slowly than the threshold, surfaces do not: energy is lost."""
     places, velocities = np.zeros((2, d)), np.zeros((2, d))
     places[:, 0], velocities[:, 0] = (1.0, 3.0), (0.02, -0.02)
     scene = carom.Scene(places, (9.0,) * d, velocities=velocities, impact=Restitution(0.5, elastic_below=0.1))

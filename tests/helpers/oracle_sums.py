@@ -180,7 +180,7 @@ def coming(oracle) -> float:
 
 
 def is_elastic(oracle, event) -> bool:
-    """Tell whether the collision just realised lost no energy in the frame of the surfaces."""
+    """Tell whether the collision just realized lost no energy in the frame of the surfaces."""
     i, j = event.i, event.j
     r = oracle.positions[j] + np.array(event.image) * oracle.box - oracle.positions[i]
     r = r / oracle.arithmetic.sqrt(sum(r * r))
@@ -326,7 +326,7 @@ def check(case: Case) -> int:
                 np.testing.assert_array_equal(found[name], values, err_msg=f"{name}, {way.__name__}")
             assert machinery_of(sim) == machinery, way.__name__
     if "growth" in case.settings:
-        assert whole._state.clock.base > 0, "the neighbour scheme was renewed"
+        assert whole._state.clock.base > 0, "the neighbor scheme was renewed"
     else:
         check_log(case, end, right)
     unit = whole._state.unit

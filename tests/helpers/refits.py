@@ -470,11 +470,11 @@ COUNTED = (
 )
 
 OF_SCHEMES = ("transits", "advancements")
-"""What depends on the neighbour scheme, and on windows that were run again."""
+"""What depends on the neighbor scheme, and on windows that were run again."""
 
 
 def assert_alike(one, other, scale):
-    """What two twins hold and show is the same, scaled, but what their neighbour schemes count."""
+    """What two twins hold and show is the same, scaled, but what their neighbor schemes count."""
     shown = seen(one), seen(other)
     inside = [{key: (value, what.power) for key, (value, what) in held(sim).items()} for sim in (one, other)]
     for first, second in (shown, inside):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 
-from rich.console import Console
+from carom.cli.tables import Screen
 
 NOTHING = {"mean": None, "error": None}
 
@@ -25,7 +25,8 @@ def summary(**changes):
     } | changes  # fmt: skip
 
 
-def printed(table, width=200):
-    console = Console(file=io.StringIO(), width=width, highlight=False)
-    console.print(table.rich(console))
-    return console.file.getvalue()
+def printed(table, width=200, *, terminal=False):
+    """Return a table as it is printed on a terminal of a width, or in a file."""
+    screen = Screen(file=io.StringIO(), width=width, force_terminal=terminal, color_system=None)
+    screen.print(table.rich(screen))
+    return screen.file.getvalue()

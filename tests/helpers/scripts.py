@@ -7,7 +7,7 @@ import sys
 
 
 def module_of(path):
-    """Return the module that a Python file is; it finds its neighbours, as where it is run."""
+    """Return the module that a Python file is; it finds its neighbors, as where it is run."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     sys.path.insert(0, str(path.parent))

@@ -108,12 +108,12 @@ def test_a_pdb_file_names_every_species_and_no_element_that_is_none(tmp_path, na
     ]
 
 
-@pytest.mark.parametrize(("names", "labelled"), [(("small", "big"), True), (("1st", "2nd"), False)])
-def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_path, names, labelled):
+@pytest.mark.parametrize(("names", "labeled"), [(("small", "big"), True), (("1st", "2nd"), False)])
+def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_path, names, labeled):
     frames = frames_of(3, names)
     path, _ = exported(tmp_path, "a.data", frames)
     text = path.read_text()
-    assert ("Atom Type Labels\n\n1 small\n2 big\n\nAtoms" in text) == labelled
+    assert ("Atom Type Labels\n\n1 small\n2 big\n\nAtoms" in text) == labeled
     assert len(MDAnalysis.Universe(str(path), format="DATA", atom_style="id type diam den x y z").atoms) == 7
 
 

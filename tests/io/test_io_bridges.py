@@ -284,7 +284,7 @@ def test_mdanalysis_hears_of_bad_extxyz(tmp_path):
 
 
 def test_rdf_of_a_lattice_through_the_universe():
-    """InterRDF runs over frames in memory; on a cubic lattice its first peak holds 6 neighbours."""
+    """InterRDF runs over frames in memory; on a cubic lattice its first peak holds 6 neighbors."""
     from MDAnalysis.analysis.rdf import InterRDF
 
     side = 5

@@ -166,9 +166,9 @@ def test_packed_bytes_of_another_array_are_refused_and_none_is_unpacked_for_ever
 def test_what_numbers_take_packed_is_known_from_a_sample():
     """Of 32 binary digits 20 are random and remain; zeros take nothing; coordinates stay as they are."""
     dice = np.random.default_rng(1)
-    neighbours = dice.integers(0, 2**20, 300_000, dtype=np.uint32)
-    assert packed.expected(neighbours) == pytest.approx(300_000 * 20 / 8, rel=1e-2)
-    assert len(packed.pack(neighbours)) == pytest.approx(300_000 * 20 / 8, rel=0.05)
+    neighbors = dice.integers(0, 2**20, 300_000, dtype=np.uint32)
+    assert packed.expected(neighbors) == pytest.approx(300_000 * 20 / 8, rel=1e-2)
+    assert len(packed.pack(neighbors)) == pytest.approx(300_000 * 20 / 8, rel=0.05)
     assert packed.expected(np.zeros((300_000, 3), np.int32)) == 0.0
     coordinates = dice.uniform(size=(100_000, 3))
     assert packed.expected(coordinates) == coordinates.nbytes

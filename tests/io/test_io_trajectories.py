@@ -55,7 +55,7 @@ def test_gsd_keeps_float32(tmp_path, dimension):
     frames = make_frames(dimension)
     path = write(tmp_path / "a.gsd", frames)
     for a, b in zip(frames, carom.io.read(path, ":"), strict=True):
-        # Centred coordinates reach half the box: float32 rounds them, and the edge they are shifted by.
+        # Centered coordinates reach half the box: float32 rounds them, and the edge they are shifted by.
         tolerance = 2 * float32_spacing(a)
         difference = np.abs(a.positions - b.positions)
         assert np.minimum(difference, np.asarray(a.box) - difference).max() <= tolerance

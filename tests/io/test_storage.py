@@ -83,7 +83,7 @@ def test_a_million_spheres_leave_no_room_for_a_frame_and_of_two_million_the_chec
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spheres", "dilute", "dilute disks", "a mixture of disks"])
 def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
-    """Written, and in random order: diffusion makes neighbours as random, and checkpoints as large."""
+    """Written, and in random order: diffusion makes neighbors as random, and checkpoints as large."""
     m = 10**6
     scene = {
         "spheres": lambda: Scene.crystal(cells=63, packing_fraction=0.45),
@@ -124,7 +124,7 @@ def test_frames_become_fewer_the_larger_a_system_is(count, frames):
 
 @pytest.mark.parametrize("equal", [True, False])
 def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(equal, tmp_path, monkeypatch):
-    """In random order, as diffusion makes it: numbers of neighbours are then as random as they can be."""
+    """In random order, as diffusion makes it: numbers of neighbors are then as random as they can be."""
     scene = Scene.crystal(cells=10, packing_fraction=0.45)
     order = np.random.default_rng(1).permutation(scene.n)
     sim = Simulation(Scene(scene.positions[order], scene.box), seed=1)

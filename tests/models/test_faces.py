@@ -179,7 +179,7 @@ def test_what_is_behind_the_walls_is_refused_whatever_its_surface(hidden):
             scene(obstacle)
 
 
-def test_a_floor_that_takes_centres_out_of_the_box_is_refused():
+def test_a_floor_that_takes_centers_out_of_the_box_is_refused():
     floor = floor_at(2, 1, 0)
     scene(Shaken(floor, (0.0, 1.0), Sine(0.3, period=1.0)))
     with pytest.raises(InputError, match=r"floor stands for the wall y_low and moves up to 0\.31"):

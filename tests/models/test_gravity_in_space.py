@@ -77,7 +77,7 @@ def test_a_column_shares_its_energy_as_the_barometric_law_says(dimension):
 
 
 def test_bounces_on_a_circle_keep_their_energy_on_average():
-    """Contacts just outside of 4 from the centre: unit normals are all rounded alike there, and too long."""
+    """Contacts just outside of 4 from the center: unit normals are all rounded alike there, and too long."""
     rng = np.random.default_rng(4)
     motion, body = Falling((0.0, -1.0), 1e-9), Inside(-1, (5.0, 5.0), 4.5)
     plain, even = [], []

@@ -43,7 +43,7 @@ class Pull:
 
 
 def arms(sim):
-    """Return places about the centre of the sphere."""
+    """Return places about the center of the sphere."""
     return sim.frame().positions - 4.0
 
 

@@ -672,7 +672,7 @@ def test_check_says_that_a_last_step_without_a_core_has_a_negative_end():
         (lambda: Falling("down"), "g of Falling must be"),
         (lambda: Charged("a", [1.0]), "charge of Charged must be an array of numbers, found the string 'a'."),
         (lambda: Charged([1.0], [1.0], wide=1), "wide of Charged must be a boolean, found 1."),
-        (lambda: own.per_particle("colour"), "per_particle() takes one of radii, diameters, masses, species"),
+        (lambda: own.per_particle("color"), "per_particle() takes one of radii, diameters, masses, species"),
         (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
         (lambda: own.memory(0, ("a", "b")), "memory() takes how many items it has"),
         (lambda: own.memory(0, -3), "or the name of one field that holds an int; found -3."),

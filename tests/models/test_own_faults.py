@@ -320,7 +320,7 @@ ANSWERS = "NoReach is an interaction, as its model answers interaction_time, and
             lambda: carom.Simulation(
                 SCENE.replace(motion=Flying(straight=False)), tuning=carom.Tuning(neighbors="lists")
             ),
-            "Neighbour lists are for straight flight",
+            "Neighbor lists are for straight flight",
         ),
     ],
 )

@@ -12,7 +12,6 @@ from helpers.scripts import python
 from helpers.twins import FINITE, assert_twins
 from hypothesis import given
 
-import carom
 from carom.models import own
 from carom.models.questions.obstacle import encounter
 
@@ -223,7 +222,13 @@ class WithFunctionsOfNumbers(Floor):
     def encounter(self, x, v, radius, growth):
         angle = math.atan2(x[1], x[0] + 0.1)
         size = np.sqrt(x[0] * x[0] + x[1] * x[1])
-        return math.sin(angle) + np.floor(size % 9.0) + math.copysign(radius, v[0]) + round(angle) + np.sign(v[1])
+        return (
+            math.sin(angle)
+            + np.floor(size % 9.0)
+            + math.copysign(radius, v[0])
+            + round(angle)
+            + np.sign(v[1])
+        )
 
 
 @own.obstacle

@@ -320,7 +320,7 @@ def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, u
 
 @pytest.mark.parametrize("speed", [0.0, 0.05])
 def test_a_component_that_grows_is_met_without_a_field_too(speed):
-    # Beside a ball of radius 1, 2 away from its centre; in containers of 4, 2 away from their centre or axis.
+    # Beside a ball of radius 1, 2 away from its center; in containers of 4, 2 away from their center or axis.
     x, v, size = np.array([0.0, 2.0]), np.array([0.0, -speed]), 0.2
     ball = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, v, RADIUS, size, 0.0)
     assert math.isclose(ball, 0.5 / (size + speed), rel_tol=1e-12)

@@ -158,8 +158,8 @@ def test_circles_and_kinds_are_seen_in_the_browser(run, tmp_path):
     late = shown(page, tmp_path, f"time={run[0].time}&rings=0")
     for kind in (0, 1):  # a ring of radius 2 to 3 has many more points than a disk of diameter 0.1
         assert where(ringed, rgb(FACES[kind]))[2] > 10 * max(where(plain, rgb(FACES[kind]))[2], 1)
-    grey = np.abs(late - [0.62, 0.62, 0.62]).max(axis=2) < 0.03
-    assert grey[80:400].sum() > np.abs(plain - [0.62, 0.62, 0.62]).max(axis=2)[80:400].__lt__(0.03).sum()
+    gray = np.abs(late - [0.62, 0.62, 0.62]).max(axis=2) < 0.03
+    assert gray[80:400].sum() > np.abs(plain - [0.62, 0.62, 0.62]).max(axis=2)[80:400].__lt__(0.03).sum()
 
 
 @pytest.mark.usefixtures("plain")

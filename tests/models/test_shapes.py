@@ -205,7 +205,7 @@ def test_an_arc_stands_in_every_image():
     assert is_periodic(arc.model())
     normals = outwards(arc, np.array([[9.55, 5.0], [2.55, 5.0]]), (10.0, 10.0), (True, True))
     np.testing.assert_allclose(normals, [[-1.0, 0.0], [1.0, 0.0]], atol=EPS)
-    # A quarter of a circle: its images are told apart by its middle, not by the centre of the circle.
+    # A quarter of a circle: its images are told apart by its middle, not by the center of the circle.
     quarter = Arc((5.0, 5.0), 4.5, start=-45.0, angle=90.0)
     x = np.array([[0.2, 5.0]])
     assert quarter.gap(x, np.full(1, 0.5), (10.0, 10.0), (True, True)) == pytest.approx(0.2)

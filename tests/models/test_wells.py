@@ -419,7 +419,7 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
         with pytest.raises(InputError, match=f"A bond names component {beyond}, and there are {cubic.n}"):
             cubic.replace(interaction=Bonds([(0, beyond)], outer=1.2))
     scene = cubic.replace(interaction=well)
-    with pytest.raises(InputError, match="kept in neighbour lists"):
+    with pytest.raises(InputError, match="kept in neighbor lists"):
         carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
     for settings in ({"growth": 0.1}, {"tuning": carom.Tuning(precision="single")}):
         with pytest.raises(InputError, match="is not for pairs on steps"):

@@ -16,9 +16,9 @@ INF = math.inf
 
 
 def link(s, beta, steps):
-    """Return the mean length and energy of neighbours on a line at the pressure s kT (Takahashi 1942).
+    """Return the mean length and energy of neighbors on a line at the pressure s kT (Takahashi 1942).
 
-    Exact while nobody acts on the neighbour's neighbour: the length L of a link has the weight
+    Exact while nobody acts on the neighbor's neighbor: the length L of a link has the weight
     exp(-beta u(L) - s L).
     """
     ends, weight, length, energy = [*steps.distances, INF], 0.0, 0.0, 0.0

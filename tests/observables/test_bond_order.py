@@ -106,16 +106,14 @@ def test_orders_are_those_of_freud(voronoi):
         assert found.global_order.mean == pytest.approx(whole, rel=single[1])
 
 
-@pytest.mark.parametrize(
-    "crowd", [1.0, 0.1]
-)  # of the box; around an empty one, distant images are neighbours
+@pytest.mark.parametrize("crowd", [1.0, 0.1])  # of the box; around an empty one, distant images are neighbors
 @pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True), (False, False, True)])
-def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
+def test_neighbors_share_a_face_of_their_cells(periodic, crowd):
     d, n, box = len(periodic), 20, np.array((4.0, 7.0, 5.0)[: len(periodic)])
     places = np.random.default_rng(d).uniform(0.0, crowd * box, (n, d))
     pairs, bonds = voronoi_bonds(Room(box, np.array(periodic)), places)
     # The cell that a random point of the box lies in is that of its nearest component: the two nearest
-    # components of a point on a line between cells are neighbours.
+    # components of a point on a line between cells are neighbors.
     ways = np.stack(np.meshgrid(*[range(-2, 3) if axis else (0,) for axis in periodic]), -1).reshape(-1, d)
     images = (places[:, None] + ways * box).reshape(-1, d)
     rng, seen = np.random.default_rng(5), set()
@@ -140,7 +138,7 @@ def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
 
 @pytest.mark.parametrize("crowd", [1.0, 0.1])
 @pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True)])
-def test_neighbours_do_not_depend_on_the_first_layer_of_images(periodic, crowd, monkeypatch):
+def test_neighbors_do_not_depend_on_the_first_layer_of_images(periodic, crowd, monkeypatch):
     d = len(periodic)
     room = Room(np.array((4.0, 7.0, 5.0)[:d]), np.array(periodic))
     places = np.random.default_rng(d).uniform(0.0, crowd * room.box, (24, d))
@@ -152,7 +150,7 @@ def test_neighbours_do_not_depend_on_the_first_layer_of_images(periodic, crowd, 
     assert all(each == found[-1] for each in found)
 
 
-def test_a_point_that_two_cells_share_makes_no_neighbours():
+def test_a_point_that_two_cells_share_makes_no_neighbors():
     for d in (2, 3):
         scene = carom.Scene.crystal(lattice=lattices.cubic(d), cells=4, packing_fraction=0.3)
         assert measured(frame_of(scene), l=4, voronoi=True).neighbors.mean == 2 * d
@@ -277,19 +275,19 @@ def _rounded(way, x, edge):
     """Return coordinates as files hold them."""
     if way == "single":
         return x.astype(np.float32).astype(float)
-    if way == "centred":  # GSD
+    if way == "centered":  # GSD
         return (x - 0.5 * edge).astype(np.float32).astype(float) + 0.5 * float(np.float32(edge))
     if way == "xtc":
         return np.round(x, 3).astype(np.float32).astype(float)
     return np.array([[float(format(c, way)) for c in row] for row in x])
 
 
-WAYS = ("single", "centred", "xtc", ".9g", ".6g", ".8f", ".3f")
+WAYS = ("single", "centered", "xtc", ".9g", ".6g", ".8f", ".3f")
 
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("unit", [1.0, 0.1, 3.4, 10.0])
-def test_faces_that_only_rounding_makes_are_no_neighbours(way, unit):
+def test_faces_that_only_rounding_makes_are_no_neighbors(way, unit):
     """In fcc six cells share a corner, in a square lattice four; rounding may make faces of it."""
     crystal = carom.Scene.crystal(108, 0.6)
     a = 1.1234567891
@@ -306,8 +304,8 @@ def test_faces_that_only_rounding_makes_are_no_neighbours(way, unit):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_narrow_faces_of_a_fluid_are_neighbours_however_it_is_rounded(way):
-    """Points in the plane have six neighbours on average, exactly, by Euler's formula."""
+def test_narrow_faces_of_a_fluid_are_neighbors_however_it_is_rounded(way):
+    """Points in the plane have six neighbors on average, exactly, by Euler's formula."""
     fluid = gas(2000, 2, 5)
     x = _rounded(way, fluid.positions, 10.0) % 10.0
     for places in (fluid.positions, x):
@@ -316,7 +314,7 @@ def test_narrow_faces_of_a_fluid_are_neighbours_however_it_is_rounded(way):
 
 
 def test_a_strain_by_a_millionth_is_seen_in_double_precision():
-    """A square lattice stretched along a diagonal has six neighbours."""
+    """A square lattice stretched along a diagonal has six neighbors."""
     a = 1.1234567891
     along = np.array([[1.0, 1e-6], [1e-6, 1.0]]) * a
     cells = np.stack(np.meshgrid(*[np.arange(9)] * 2), axis=-1).reshape(-1, 2)

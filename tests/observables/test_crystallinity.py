@@ -100,7 +100,7 @@ def test_what_it_cannot_measure_is_refused():
             Crystallinity(**settings)
     with pytest.raises(InputError, match="three dimensions"):
         one(carom.Scene.random(20, 0.2, 2, seed=1))
-    with pytest.raises(InputError, match="12 neighbours"):
+    with pytest.raises(InputError, match="12 neighbors"):
         Crystallinity().over([at_rest(carom.Scene.random(5, 0.1, seed=1), periodic=(False,) * 3)])
     with pytest.raises(InputError, match="No frame"):
         Crystallinity().result()

@@ -156,7 +156,7 @@ def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coup
             ratios[free_times], errors[free_times] = value / expected, scatter / expected
     late = [k for k in ratios if k > 25.0]
     print({round(k, 1): f"{ratios[k]:.2f} +- {errors[k]:.2f}" for k in ratios})
-    # Neighbouring times share their frames: the mean of all is counted as no better than one.
+    # Neighboring times share their frames: the mean of all is counted as no better than one.
     mean, error, first = np.mean([ratios[k] for k in late]), min(errors[k] for k in late), min(ratios)
     assert error < 0.05
     assert 1.0 - 4.0 * error < mean < 4.0 / 3.0 + 4.0 * error
@@ -201,7 +201,7 @@ SLIT = carom.Scene(
 
 
 @pytest.mark.slow
-def test_one_between_obstacles_has_no_centre_of_mass_to_subtract():
+def test_one_between_obstacles_has_no_center_of_mass_to_subtract():
     found = carom.Simulation(LORENTZ, seed=0).measure(Dynamics(), time=64.0, blocks=256)
     expected = of_frames(carom.Simulation(LORENTZ, seed=0), 64.0, 256)
     assert found.mean_square[0] == pytest.approx(expected, rel=0.02)  # one frame more or less of 256
@@ -240,7 +240,7 @@ def ballistic(velocities, turned=()):
         (carom.Scene([[1.0, 1.0]], 4.0), (False, False)),
     ],
 )
-def test_the_motion_of_the_centre_of_mass_is_subtracted_where_momentum_is_conserved(scene, axes):
+def test_the_motion_of_the_center_of_mass_is_subtracted_where_momentum_is_conserved(scene, axes):
     frames = ballistic([[2.0, 0.5], [1.0, 0.25], [3.0, -0.5]])
     dynamics = Dynamics()
     dynamics.begin(scene)

@@ -93,7 +93,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(plain,
     sim = carom.Simulation(scene, seed=0)
     assert sim.potential_energy == pytest.approx(3.0 * 0.5 * 2.0, rel=1e-12)
     found = sim.measure(carom.Energy(), time=300.0, blocks=200)
-    # Of 1.5 above the floor, on which the centre is half a diameter high; the mean of a parabola.
+    # Of 1.5 above the floor, on which the center is half a diameter high; the mean of a parabola.
     exact = 3.0 * 0.5 * (0.5 + 1.5 * 2.0 / 3.0)
     # Some hundred looks at incommensurate times miss a period by some hundredths.
     assert found.U.mean == pytest.approx(exact, rel=2e-2)

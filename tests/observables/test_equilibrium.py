@@ -199,7 +199,7 @@ def test_species_that_lose_energy_at_contacts_are_not_compared():
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
-def test_near_freezing_a_stretch_must_last_until_particles_have_left_their_neighbourhoods(d):
+def test_near_freezing_a_stretch_must_last_until_particles_have_left_their_neighborhoods(d):
     eta = 0.98 * carom.theory.FREEZING[d]
     needed = RENEWED.get(d, RENEWED_OTHERWISE)
     dense = SimpleNamespace(dimension=d, n=20, volume=20.0, packing_fraction=eta)  # mean spacing 1

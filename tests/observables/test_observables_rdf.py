@@ -43,7 +43,7 @@ def tonks_frames(n, rho, frames, seed):
 
 
 def exact_tonks(r, n, rho):
-    """g_N(r) below two diameters: the law of one gap, (1 - s / L_free)^(n - 2), normalised by (n - 1) / L."""
+    """g_N(r) below two diameters: the law of one gap, (1 - s / L_free)^(n - 2), normalized by (n - 1) / L."""
     length = n / rho
     free = length - n
     return length / free * (1.0 - (r - 1.0) / free) ** (n - 2)
@@ -80,7 +80,7 @@ def test_correlated_frames_have_larger_errors():
 
 @pytest.mark.parametrize(
     ("dimension", "shells"),
-    # Neighbours of a site of the (hyper)cubic lattice at squared distances 1, 2, 3.
+    # Neighbors of a site of the (hyper)cubic lattice at squared distances 1, 2, 3.
     [(1, (2, 0, 0)), (2, (4, 4, 0)), (3, (6, 12, 8)), (4, (8, 24, 32))],
 )
 def test_cubic_lattices_have_their_shells(dimension, shells):
@@ -93,11 +93,11 @@ def test_cubic_lattices_have_their_shells(dimension, shells):
     result = RDF(width=0.05, rmax=1.8).over([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)])
     np.testing.assert_allclose(result.r, 1.0 + 0.05 * (np.arange(16) + 0.5), rtol=1e-14)
     assert result.counts[0] == n * shells[0] // 2
-    for squared, neighbours in zip((2, 3), shells[1:], strict=True):
+    for squared, neighbors in zip((2, 3), shells[1:], strict=True):
         k = int(np.searchsorted(result.edges, math.sqrt(squared)) - 1)
-        assert result.counts[k] == n * neighbours // 2
+        assert result.counts[k] == n * neighbors // 2
     assert result.counts.sum() == n * sum(shells) // 2
-    # g is the number of neighbours over that of the ideal gas in the shell.
+    # g is the number of neighbors over that of the ideal gas in the shell.
     volume = theory.ball_volume(dimension, 2 * result.edges[1]) - theory.ball_volume(dimension, 2.0)
     assert result.g[0] == pytest.approx(shells[0] / ((n - 1) / n * volume), rel=1e-13)
 

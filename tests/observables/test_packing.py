@@ -38,7 +38,7 @@ def test_every_sphere_of_a_crystal_touches_its_kissing_number(dimension, cells, 
 
 
 def test_small_boxes_have_a_bond_for_each_image():
-    # Two cells of the triangular lattice along x: each disk touches its two neighbours there from both sides.
+    # Two cells of the triangular lattice along x: each disk touches its two neighbors there from both sides.
     frame = crystal(2, (2, 1))
     network = packing_network(frame)
     assert (frame.n, network.contacts, network.coordination) == (4, 12, 6.0)
@@ -56,7 +56,7 @@ def test_vectors_go_from_the_first_of_a_bond_to_the_second_whichever_is_larger()
     assert network.rattlers.size == 0
 
 
-def test_a_vacancy_costs_its_neighbours_a_contact_and_frees_nobody():
+def test_a_vacancy_costs_its_neighbors_a_contact_and_frees_nobody():
     frame = without(crystal(2, 6), 14)
     network = packing_network(frame)
     assert network.rattlers.size == 0
@@ -89,7 +89,7 @@ def test_a_disk_put_into_a_vacancy_of_a_larger_one_rattles():
     assert network.contacts == 3 * 36 - 6
     assert network.isostatic == 2 * 34 + 1
     assert network.coordination == pytest.approx(2 * 102 / 35)
-    # Its neighbours have no contact at all with it: the gaps of 0.05 lie above the void.
+    # Its neighbors have no contact at all with it: the gaps of 0.05 lie above the void.
     assert network.void[1] == pytest.approx(1 / 0.95 - 1, rel=1e-6)
 
 
@@ -293,7 +293,7 @@ def test_slowly_compressed_spheres_are_isostatic():
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_two_spheres_in_a_small_box_touch_each_others_images(dimension):
-    # One in the middle and one in the corners: square and body-centred cubic, 2^d images touch. A run ends
+    # One in the middle and one in the corners: square and body-centered cubic, 2^d images touch. A run ends
     # with a collision, so that one of these gaps is zero.
     places = np.array([np.full(dimension, 0.25), np.full(dimension, 0.75)])
     off = 1e-7 * np.arange(1, dimension + 1)

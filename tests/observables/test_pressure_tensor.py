@@ -67,7 +67,7 @@ def test_two_disks_on_a_line_press_along_it_alone(plain, along, edge):
     # From one contact to the next they move an edge less 2 towards each other, at a relative speed of 2.
     period = (edge - 2.0) / 2.0
     found = sim.measure(carom.PressureTensor(), time=40 * period, blocks=40).tensor
-    # Half of all freedom is that of the centre of mass: the kinetic part is twice what both carry.
+    # Half of all freedom is that of the center of mass: the kinetic part is twice what both carry.
     right = (2.0 * 2.0 + 2.0 / period) / 64.0 * np.outer(along, along)
     assert found == pytest.approx(right, rel=1e-9, abs=1e-12)
 

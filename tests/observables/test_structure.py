@@ -96,7 +96,7 @@ def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
     assert ratio == pytest.approx(np.ones_like(ratio), abs=0.5)
 
 
-def test_running_coordination_of_two_species_counts_each_others_neighbours():
+def test_running_coordination_of_two_species_counts_each_others_neighbors():
     scene = mixture([20, 40], names=["a", "b"], dimension=3, packing_fraction=0.2, seed=1)
     frame = at_rest(scene, species_names=("a", "b"))
     rmax = 0.45 * min(scene.box)

@@ -15,22 +15,22 @@ def spheres(n, dimension, packing_fraction, seed):
 
 def test_a_disc_is_hidden_by_a_later_one_that_lies_on_it_and_not_by_an_earlier_one(monkeypatch):
     monkeypatch.setattr(hidden, "FEW", 0)
-    centres = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])
+    centers = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])
     radii = np.array([1.0, 0.5, 1.0, 1.2, 1.0])
-    assert hidden.visible(centres, radii).tolist() == [False, False, True, True, True]
-    assert hidden.visible(centres[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
+    assert hidden.visible(centers, radii).tolist() == [False, False, True, True, True]
+    assert hidden.visible(centers[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
 
 
 def test_a_disc_is_seen_if_and_only_if_a_point_shows_it(monkeypatch):
     monkeypatch.setattr(hidden, "FEW", 0)
     rng = np.random.default_rng(1)
-    centres, radii = rng.random((200, 2)) * 5.6, rng.uniform(0.3, 1.5, 200)
-    seen = hidden.visible(centres, radii)
+    centers, radii = rng.random((200, 2)) * 5.6, rng.uniform(0.3, 1.5, 200)
+    seen = hidden.visible(centers, radii)
     # A grid of other points, ten times finer: what shows there by a thirtieth of the disc must be seen.
     points = np.stack(np.meshgrid(*[np.arange(-1.5, 7.1, 0.02)] * 2, indexing="ij"), axis=-1)
     last = np.full(points.shape[:2], -1)
-    for k, (centre, radius) in enumerate(zip(centres, radii, strict=True)):
-        last[((points - centre) ** 2).sum(axis=-1) < radius**2] = k
+    for k, (center, radius) in enumerate(zip(centers, radii, strict=True)):
+        last[((points - center) ** 2).sum(axis=-1) < radius**2] = k
     shown = np.bincount(last[last >= 0], minlength=200) * 0.02**2 / (np.pi * radii**2)
     assert seen[shown > 1 / 10].all()
     assert not seen[shown == 0.0].any()

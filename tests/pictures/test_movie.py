@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.models import Ball, Plane
 from carom.pictures import plots, render
 from carom.pictures.caption import decimals_of
-from carom.pictures.movie import _caption, _colours
+from carom.pictures.movie import _caption, _colors
 from carom.pictures.render import Camera, rendered
 
 
@@ -26,7 +26,7 @@ def camera_of(frame, size):
     return Camera.on(frame, math.ceil(size * max(edges) / min(edges)))
 
 
-def test_a_disk_covers_the_points_that_its_area_says_in_the_colour_of_its_species():
+def test_a_disk_covers_the_points_that_its_area_says_in_the_color_of_its_species():
     frame = frame_of([[2.0, 2.0]], (4.0, 4.0), 2.0)
     camera = Camera.on(frame, 200)
     picture = rendered(frame, camera) / 255.0
@@ -54,7 +54,7 @@ def test_obstacles_in_space_are_drawn_before_and_behind_spheres():
     plain = rendered(frame, camera)[middle].astype(int)
     near, far = (tuple(5.0 + side * camera.axes[2]) for side in (2.0, -2.0))
     hidden = rendered(frame, camera, obstacles=[Ball(near, 1.0)])[middle].astype(int)
-    assert np.ptp(hidden) < 20 < np.ptp(plain)  # grey before blue
+    assert np.ptp(hidden) < 20 < np.ptp(plain)  # gray before blue
     assert np.abs(rendered(frame, camera, obstacles=[Ball(far, 1.0)])[middle] - plain).max() == 0
     floor = rendered(frame, camera, obstacles=[Plane((0.0, 0.0, 1.0), 1.0)])
     assert (np.abs(floor.astype(int) - rendered(frame, camera)).max(axis=2) > 20).mean() > 0.05
@@ -99,17 +99,17 @@ def test_a_movie_has_every_frame_at_its_time(tmp_path, suffix):
         assert not np.array_equal(pictures[0], pictures[4])
 
 
-def test_colours_of_speed_and_of_psi_6_differ_from_those_of_species(tmp_path):
+def test_colors_of_speed_and_of_psi_6_differ_from_those_of_species(tmp_path):
     frame = crystal(2, 6)
     moving = carom.Frame(**{**vars(frame), "velocities": np.random.default_rng(1).normal(size=(frame.n, 2))})
     pages = []
-    for colour in ("species", "speed", "psi_6"):
-        carom.movie([moving], tmp_path / "a.gif", size=64, color=colour)
+    for color in ("species", "speed", "psi_6"):
+        carom.movie([moving], tmp_path / "a.gif", size=64, color=color)
         pages.append((tmp_path / "a.gif").read_bytes())
     assert len(set(pages)) == 3
 
 
-def test_rattlers_have_a_colour_of_their_own(tmp_path):
+def test_rattlers_have_a_color_of_their_own(tmp_path):
     frame = crystal(2, 6)
     diameters = np.full(frame.n, frame.diameters[0])
     diameters[14] *= 0.9  # held by nobody
@@ -123,15 +123,15 @@ def test_rattlers_have_a_colour_of_their_own(tmp_path):
     assert picture.shape[1] == camera.width
     assert camera.height < picture.shape[0] < 1.1 * camera.height  # the strip
     picture = picture[: camera.height]
-    colours = picture / picture.sum(axis=2, keepdims=True)
+    colors = picture / picture.sum(axis=2, keepdims=True)
     wanted = np.array(rgb(FACES[1])) / sum(rgb(FACES[1]))
-    seen = (np.abs(colours - wanted).max(axis=2) < 0.03).sum()
+    seen = (np.abs(colors - wanted).max(axis=2) < 0.03).sum()
     area = np.pi * (0.5 * diameters[14] * camera.scale) ** 2
     assert seen == pytest.approx(area, rel=0.2)  # one disk; its rim is mixed with what is behind
 
 
-def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
-    """At first one disk moves; later all do, at speeds that the first frame has no colours for."""
+def test_a_gif_has_the_colors_of_all_its_frames(tmp_path):
+    """At first one disk moves; later all do, at speeds that the first frame has no colors for."""
     from PIL import Image, ImageSequence
 
     start = crystal(2, 6)
@@ -144,27 +144,27 @@ def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
     with Image.open(tmp_path / "a.gif") as film:
         shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
     for frame, picture in zip(frames, shown, strict=True):
-        wanted = rendered(frame, camera_of(frame, 128), colours=_colours(frame, "speed", top, ()))
+        wanted = rendered(frame, camera_of(frame, 128), colors=_colors(frame, "speed", top, ()))
         off = np.abs(picture[: len(wanted)] - wanted).max(axis=2)
-        assert off.max() < 48  # 255 colours; with those of the first frame it was 88
+        assert off.max() < 48  # 255 colors; with those of the first frame it was 88
         assert off.mean() < 6
 
 
-def test_the_strip_under_a_movie_has_the_time_and_the_colours():
+def test_the_strip_under_a_movie_has_the_time_and_the_colors():
     frame = frames_of(2)[0]
     bare = np.zeros((10, 300, 3), np.uint8)
     strips = {}
-    for colour in ("species", "speed", "psi_6"):
-        caption = _caption(frame, colour, 2.5, 300, 2)
+    for color in ("species", "speed", "psi_6"):
+        caption = _caption(frame, color, 2.5, 300, 2)
         early, late = (caption.under(bare, time)[10:] for time in (1.25, 1.5))
         differs = np.nonzero((early != late).any(axis=(0, 2)))[0]
         assert differs.max() < 100  # the time, at the left
-        strips[colour] = early[:, 100:]
-    for colour, name in (("species", FACES[1]), ("speed", SEQUENTIAL[-1]), ("psi_6", "#eb4a4a")):
+        strips[color] = early[:, 100:]
+    for color, name in (("species", FACES[1]), ("speed", SEQUENTIAL[-1]), ("psi_6", "#eb4a4a")):
         wanted = np.round(255 * np.array(rgb(name)))
         found = {c: np.abs(strip - wanted).max(axis=2).min() for c, strip in strips.items()}
-        assert found[colour] < 10  # a column of the bar has the colour of its left border
-        assert min(found[c] for c in found if c != colour) > 10
+        assert found[color] < 10  # a column of the bar has the color of its left border
+        assert min(found[c] for c in found if c != color) > 10
     assert (decimals_of(0.0, 1.0, 11), decimals_of(0.0, 0.0, 1), decimals_of(3.0, 33.0, 2)) == (2, None, 0)
 
 

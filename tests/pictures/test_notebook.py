@@ -88,7 +88,7 @@ def test_a_frame_prints_in_ten_lines_and_its_box_is_an_array():
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_freud_gets_box_dimension_walls_and_centred_positions(dimension):
+def test_freud_gets_box_dimension_walls_and_centered_positions(dimension):
     frame = frames_of(dimension)[0]
     box, points = frame.to_freud()
     assert box.dimensions == dimension

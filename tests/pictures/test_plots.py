@@ -21,12 +21,13 @@ from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
-from carom.pictures.paper import WARM
+from carom.pictures.paper import THEORIES
 
 
 def dashed(figure):
     """Labels and heights of the lines of theory."""
-    lines = [line for line in figure.axes[0].lines if line.get_color() == WARM]
+    looks = dict(THEORIES)
+    lines = [line for line in figure.axes[0].lines if looks.get(line.get_color()) == line.get_linestyle()]
     return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
 
 
@@ -196,9 +197,9 @@ def test_near_spheres_are_drawn_over_far_ones():
     middle = camera.height // 2, camera.width // 2
     # Both project to the same point; and the far one alone is hazier.
     red, blue = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    picture = rendered(both, camera, colours=np.array([red, blue]))[middle]
+    picture = rendered(both, camera, colors=np.array([red, blue]))[middle]
     assert picture[0] > picture[2]
-    picture = rendered(both, camera, colours=np.array([blue, red]))[middle]
+    picture = rendered(both, camera, colors=np.array([blue, red]))[middle]
     assert picture[2] > picture[0]
     near, far = (rendered(frame([x], (10.0, 10.0, 10.0)), camera)[middle].mean() for x in pair)
     assert far > near
@@ -224,10 +225,10 @@ def test_rods_between_walls_are_drawn_once_each_where_they_are():
 @pytest.mark.parametrize("tilt", [0.25, -0.25])
 def test_copies_of_a_disk_of_a_sheared_box_stand_in_its_tilted_lattice(tilt):
     one = dataclasses.replace(frame([[2.0, 3.875]], (5.0, 4.0)), tilt=tilt)
-    centres = [
+    centers = [
         c.get_offsets() for c in plots.snapshot(one).axes[0].collections if isinstance(c, EllipseCollection)
     ]
-    copies, here = centres
+    copies, here = centers
     assert here.tolist() == [[2.0, 3.875]]
     assert copies.tolist() == [[2.0 - 4.0 * tilt, -0.125]]
 
@@ -331,10 +332,10 @@ def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
     assert not outside(figure)
     if dimension == 3:
         right, up, _ = Camera.on(places, 100).axes
-        plane, centre = np.stack([right, up], axis=1), 0.5 * np.asarray(places.box)
+        plane, center = np.stack([right, up], axis=1), 0.5 * np.asarray(places.box)
     else:
-        plane, centre = np.eye(2), 0.0
-    middles = (places.positions - centre) @ plane
+        plane, center = np.eye(2), 0.0
+    middles = (places.positions - center) @ plane
     expected = []
     for (i, j), step in zip(network.bonds, network.vectors @ plane, strict=True):
         expected += [[middles[i], middles[i] + step], [middles[j], middles[j] - step]]

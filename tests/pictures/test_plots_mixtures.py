@@ -25,18 +25,18 @@ def frame_of(dimension: int, periodic: tuple[bool, ...] | None = None) -> Frame:
 
 
 def ellipses(figure):
-    """Widths, offsets and colours of all circles drawn as collections."""
+    """Widths, offsets and colors of all circles drawn as collections."""
     found = []
     for collection in figure.axes[0].collections:
         if type(collection).__name__ == "EllipseCollection":
-            colours = [to_hex(c) for c in collection.get_facecolor()]
+            colors = [to_hex(c) for c in collection.get_facecolor()]
             widths = collection.get_widths()
-            colours = colours * len(widths) if len(colours) == 1 else colours
-            found += list(zip(widths, collection.get_offsets()[:, 0], colours, strict=True))
+            colors = colors * len(widths) if len(colors) == 1 else colors
+            found += list(zip(widths, collection.get_offsets()[:, 0], colors, strict=True))
     return found
 
 
-def test_disks_have_their_own_sizes_and_the_colour_of_their_species():
+def test_disks_have_their_own_sizes_and_the_color_of_their_species():
     drawn = ellipses(plots.snapshot(frame_of(2)))
     real = sorted((x, c) for _, x, c in drawn if 0 <= x < 4)
     assert [(round(x, 9), c) for x, c in real] == [(0.2, FACES[0]), (2.0, FACES[1]), (3.9, FACES[0])]

@@ -51,10 +51,10 @@ def unpacked(text, kind):
     return np.frombuffer(base64.b64decode(text), dtype=kind)
 
 
-def dot(colours, positions, box, periodic=True):
-    """Return a frame of disks or spheres of one size, a species for each colour number."""
-    frame = frame_of(positions, box, periodic=periodic, species=np.array(colours))
-    return carom.Frame(**{**vars(frame), "species_names": tuple("abcdef"[: max(colours) + 1])})
+def dot(colors, positions, box, periodic=True):
+    """Return a frame of disks or spheres of one size, a species for each color number."""
+    frame = frame_of(positions, box, periodic=periodic, species=np.array(colors))
+    return carom.Frame(**{**vars(frame), "species_names": tuple("abcdef"[: max(colors) + 1])})
 
 
 # ----------------------------------------------------------------------------------------- the page
@@ -85,7 +85,7 @@ def test_names_cannot_end_the_script_or_inject_markup():
 def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
     modulus = viewdata.psi_6(crystal(2, 6))
     np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
-    # Neighbours at 0, 60, ... degrees; float64 angles of neighbours are known to 2^-50 or so, times 6.
+    # Neighbors at 0, 60, ... degrees; float64 angles of neighbors are known to 2^-50 or so, times 6.
     assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
 
 
@@ -399,7 +399,7 @@ def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refuse
 
 
 def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
-    # A disk of the lattice has become an obstacle: without it, its six neighbours have one contact less.
+    # A disk of the lattice has become an obstacle: without it, its six neighbors have one contact less.
     frame = crystal(2, 6)
     ball = Ball(tuple(frame.positions[14].tolist()), 0.5, impact=Loss(0.9, contact_time=1e-3))
     packing = Packing(without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (ball,))
@@ -456,14 +456,14 @@ def test_a_path_goes_back_over_frames_of_other_boxes_in_parts_of_their_edges():
 # ----------------------------------------------------------------------------------------- Chromium
 
 
-def test_the_canvas_shows_each_species_in_its_colour_where_it_is(tmp_path):
+def test_the_canvas_shows_each_species_in_its_color_where_it_is(tmp_path):
     frame = dot([0, 1], [[1.0, 3.0], [3.0, 1.0]], (4.0, 4.0))
     picture = shown(carom.view(frame), tmp_path)
     (x0, y0, many0), (x1, y1, many1) = (where(picture, rgb(FACES[k])) for k in (0, 1))
     assert x0 < x1
     assert y0 < y1  # y goes up on the canvas, and rows go down
     assert many0 == pytest.approx(many1, rel=0.2)
-    # A disk of diameter 1 whose centres are 2 apart in x: its area in points.
+    # A disk of diameter 1 whose centers are 2 apart in x: its area in points.
     assert many1 == pytest.approx(np.pi / 4 * ((x1 - x0) / 2) ** 2, rel=0.25)
 
 
@@ -571,6 +571,43 @@ def test_the_first_collisions_of_a_log_make_a_shorter_page(log, tmp_path):
     assert (tmp_path / "page.html").read_text() == page.html
 
 
+def test_a_log_is_shown_between_two_times_and_says_so(log):
+    times = unpacked(carom.view(log).data["replay"]["contacts"], "<f8")
+    begin, end = 0.5 * (times[99] + times[100]), 0.5 * (times[199] + times[200])
+    data = carom.view(log, begin=begin, end=end).data
+    np.testing.assert_array_equal(unpacked(data["replay"]["contacts"], "<f8"), times[100:200])
+    assert data["times"] == [pytest.approx(begin, rel=2.0**-50)]
+    assert data["notes"] == [f"from t = {begin:.6g}"]
+    assert data["replay"]["pace"] == pytest.approx(0.5 * (times[199] - begin) / 100 * data["n"] / 2.0)
+    with pytest.raises(InputError, match="no collision in the time"):
+        carom.view(log, begin=2.0 * times[-1])
+    with pytest.raises(InputError, match="before the begin"):
+        carom.view(log, begin=2.0, end=1.0)
+
+
+def test_the_log_of_a_run_is_shown_from_where_its_measurement_begins(log, tmp_path):
+    shutil.copy(log, tmp_path / "events.h5")
+    times = unpacked(carom.view(log).data["replay"]["contacts"], "<f8")
+    first = 0.5 * (times[149] + times[150])
+    write(
+        tmp_path / "trajectory.h5md",
+        [dataclasses.replace(frames_of(3)[0], time=first + (k + 1) * times[-1] / 8) for k in range(3)],
+    )
+    (tmp_path / "scene.toml").write_text("[scene]\nn = 32\n")
+    for source in (tmp_path, tmp_path / "events.h5"):
+        data = carom.view(source).data
+        np.testing.assert_array_equal(unpacked(data["replay"]["contacts"], "<f8"), times[150:])
+        assert data["notes"] == [f"from t = {first:.6g}, where the measurement begins"]
+    assert len(unpacked(carom.view(tmp_path, begin=0.0).data["replay"]["contacts"], "<f8")) == 400
+
+
+def test_frames_between_two_times_are_shown():
+    frames = [dataclasses.replace(frames_of(2)[0], time=float(k)) for k in range(6)]
+    assert carom.view(frames, begin=2.0, end=4.5).data["times"] == [2.0, 3.0, 4.0]
+    with pytest.raises(InputError, match="No frame lies between t = 7 and inf"):
+        carom.view(frames, begin=7.0)
+
+
 @own.impact
 class Law:
     def transfer(self, rr, rv):
@@ -670,8 +707,8 @@ def test_psi_6_in_a_replay_is_that_of_a_frame(periodic):
     box = (5.0, 3.0)
     frame = frame_of(rng.uniform(size=(40, 2)) * box, box, periodic=periodic)
     script = resources.files("carom.pictures").joinpath("viewer", "hexatic.js").read_text(encoding="utf-8")
-    centres = np.column_stack([frame.positions, np.zeros(40)]).ravel().tolist()
-    call = f"hexatic(40, {centres}, {[*box, 0]}, {json.dumps([periodic] * 2 + [False])}, psi)"
+    centers = np.column_stack([frame.positions, np.zeros(40)]).ravel().tolist()
+    call = f"hexatic(40, {centers}, {[*box, 0]}, {json.dumps([periodic] * 2 + [False])}, psi)"
     found = browser().run(
         f"(() => {{ {script}\nconst psi = new Float64Array(80); {call}; return [...psi]; }})()"
     )
@@ -690,9 +727,9 @@ def test_a_replay_of_disks_is_shown_by_psi_6(tmp_path):
     scene = carom.Scene.crystal(cells=6, dimension=2, packing_fraction=0.68)
     with carom.Simulation(scene, seed=1, event_log=path) as sim:
         sim.run(collisions=300)
-    plain = shown(carom.view(path), tmp_path, "time=0&colour=species")
-    ordered = shown(carom.view(path), tmp_path, "time=0&colour=psi_6")
-    # On the lattice psi_6 is 1: every disk has the colour of no angle.
+    plain = shown(carom.view(path), tmp_path, "time=0&color=species")
+    ordered = shown(carom.view(path), tmp_path, "time=0&color=psi_6")
+    # On the lattice psi_6 is 1: every disk has the color of no angle.
     red = (0.92, 0.29, 0.29)
     assert where(plain, red)[2] < 20 < 5000 < where(ordered, red)[2]
 

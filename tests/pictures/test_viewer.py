@@ -1,4 +1,4 @@
-"""The viewer in the hands of a user, in headless Chromium: choosing, hiding, colours, keys, links, files."""
+"""The viewer in the hands of a user, in headless Chromium: choosing, hiding, colors, keys, links, files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BOX = (8.0, 6.0)
 PLACES = np.array([[1.5, 1.5], [4.0, 3.0], [6.5, 4.5], [6.5, 1.5]])
 KINDS = np.array([0, 1, 2, 0])
 SPEEDS = np.array([[0.0, 0.0], [0.0, 2.0], [-2.0, 0.0], [2.0, 0.0]])
-"""Four disks, of which three have a colour of their own as species."""
+"""Four disks, of which three have a color of their own as species."""
 
 
 def disks(**changes):
@@ -51,8 +51,8 @@ def face(kind):
     return x, y
 
 
-def colour_at(picture, place, name):
-    """Return whether the points around one on the screen have a colour, up to the light on it."""
+def color_at(picture, place, name):
+    """Return whether the points around one on the screen have a color, up to the light on it."""
     column, row = (round(x) for x in place)
     found = picture[row - 1 : row + 2, column - 1 : column + 2].mean(axis=(0, 1))
     asked = np.array(rgb(name))
@@ -113,7 +113,7 @@ def test_slabs_and_hidden_species_leave_out_who_is_not_asked_for(page):
 
 
 def test_speeds_have_a_sequential_map_and_components_one_about_zero(page):
-    browser().open(page, "colour=species")
+    browser().open(page, "color=species")
     (x1, y1), (x2, y2) = face(1), face(2)
     unit = np.array([(x2 - x1) / 2.5, (y2 - y1) / 1.5])
     middles = [x1, y1] + (PLACES - PLACES[1]) * unit
@@ -126,14 +126,14 @@ def test_speeds_have_a_sequential_map_and_components_one_about_zero(page):
         mixed = np.array(rgb(stops[low])) + (at - low) * (np.array(rgb(stops[low + 1])) - rgb(stops[low]))
         return "#" + "".join(f"{round(255 * x):02x}" for x in mixed)
 
-    for colour, stops, parts in (
+    for color, stops, parts in (
         ("speed", SEQUENTIAL, np.array([0.0, 2.0, 2.0, 2.0]) / top),
         ("v_x", DIVERGING, 0.5 + np.array([0.0, 0.0, -2.0, 2.0]) / (2 * top)),
     ):
-        browser().open(page, f"colour={colour}")
+        browser().open(page, f"color={color}")
         picture = browser().picture()
         for middle, part in zip(middles, parts, strict=True):
-            assert colour_at(picture, middle, between(stops, part)), (colour, part)
+            assert color_at(picture, middle, between(stops, part)), (color, part)
 
 
 def test_a_link_restores_what_was_seen(page):
@@ -143,12 +143,12 @@ def test_a_link_restores_what_was_seen(page):
     browser().click(320, 230)
     state, before = link(), browser().picture()
     assert "frame=3" in state
-    assert "colour=speed" in state
+    assert "color=speed" in state
     browser().open(page, state)
     assert np.abs(browser().picture() - before).max() < 0.02
-    browser().open(page, "frame=99&colour=nothing&slab=w&chosen=-7&zoom=x")
+    browser().open(page, "frame=99&color=nothing&slab=w&chosen=-7&zoom=x")
     assert text("state").startswith("4 disks \u00b7 frame 3 of 3")
-    assert browser().run("document.getElementById('colour').value") == "species"
+    assert browser().run("document.getElementById('color').value") == "species"
 
 
 def test_keys_play_step_and_list_themselves(page):
@@ -168,7 +168,7 @@ def test_keys_play_step_and_list_themselves(page):
 
 @pytest.mark.parametrize("width", [400, 1600])
 def test_every_control_has_a_name_and_no_text_covers_another(page, width):
-    browser().open(page, "colour=psi_6&chosen=1", (width, 800))
+    browser().open(page, "color=psi_6&chosen=1", (width, 800))
     browser().key("v")
     tree = browser().ask("Accessibility.getFullAXTree")["nodes"]
     roles = ("button", "slider", "checkbox", "combobox")
@@ -189,6 +189,15 @@ def test_every_control_has_a_name_and_no_text_covers_another(page, width):
                 a, b = named[one], named[other]
                 apart = a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
                 assert apart or 0.0 in (a[2] - a[0], b[2] - b[0]), (one, other)
+
+
+def test_the_card_of_a_particle_leaves_the_scene_of_a_phone_in_sight(page):
+    browser().open(page, "chosen=1", (390, 844))
+    low, high, scene = browser().run(
+        "(() => { const box = (name) => document.querySelector(name).getBoundingClientRect();"
+        " return [box('#who').top, box('header').bottom, box('footer').top]; })()"
+    )
+    assert low - high > 0.6 * (scene - high)
 
 
 def test_two_fingers_zoom_and_the_theme_is_that_of_the_system(page):

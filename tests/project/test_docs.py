@@ -224,7 +224,7 @@ def test_no_text_names_a_place_on_one_machine():
     assert found == []
 
 
-def test_version_dates_and_licence_agree():
+def test_version_dates_and_license_agree():
     citation = ROOT.joinpath("CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {carom.__version__}\n" in citation
     assert f"## [{carom.__version__}]" in ROOT.joinpath("CHANGELOG.md").read_text(encoding="utf-8")

@@ -251,7 +251,7 @@ def test_a_page_of_somebody_else_is_not_replaced(folder, tmp_path):
         (lambda: carom.shear(0.1, replica=2), "did you mean replicas"),
         (lambda: carom.shear(0.1, shear_rate=2), "it is called rate"),
         (lambda: carom.Species("small", diamter=2.0), "Species has no keyword 'diamter'; did you mean diam"),
-        (lambda: carom.Tuning(neighbours="lists"), "did you mean neighbors"),
+        (lambda: carom.Tuning(neighbors="lists"), "did you mean neighbors"),
         (lambda: carom.Barostat(P=1.0), "'P'; it is called pressure"),
         (lambda: carom.Swaps(attemps=1.0), "did you mean attempts"),
         (lambda: carom.open(3), "the path of a file or folder"),
@@ -269,7 +269,7 @@ def test_the_coefficients_of_one_point_are_attributes(folder):
     assert "unknown" in str(study)
     whole = " ".join(str(study.table).split())
     assert "nan" not in whole
-    assert "blocks too short for a slope" in whole
+    assert "blocks too short" in whole
 
 
 def test_studies_go_on_from_their_folder(folder):

@@ -71,7 +71,8 @@ __name__ = "page"
 PAGES = [page for page in EVERY if page.name not in ELSEWHERE and blocks(page, "python")]
 
 LONG = (
-    "gravity.md", "measuring.md", "obstacles.md", "packings.md", "range-rules.md", "driven.md", "studies.md",
+    "coming-from.md", "gravity.md", "measuring.md", "obstacles.md", "packings.md", "range-rules.md",
+    "driven.md", "studies.md",
     "transport.md",
 )  # fmt: skip
 """Pages whose blocks take more than a quarter of a minute."""

@@ -143,12 +143,12 @@ def test_errors_and_warnings_print_names_as_text(text, capsys):
 def test_cells_and_lines_of_the_screen_are_text(width):
     table = of_texts(("[/x]", "b", "c"), [("g [/b]", "\x1b[2J", "0")], "[/b]", [":smile: [red]c"])
     file = io.StringIO()
-    console = tables.Screen(file=file, width=width)
+    console = tables.Screen(file=file, width=width, force_terminal=True, color_system=None)
     console.print(table.rich(console))
     console.print("[/b] \x1b[2J")
     shown = " ".join(file.getvalue().split())
     assert not acting(shown)
-    for text in ("[/b]", ":smile:", "[/x] g [/b]" if width < 20 else "[/x]", r"\x1b[2J"):
+    for text in ("[/b]", ":smile:", "[/x]", "g [/b]", r"\x1b[2J"):
         assert text in shown
 
 

@@ -22,7 +22,7 @@ FORTY_DIGITS = mpmath.mpf(10) ** -40
 
 
 def test_a_rod_between_walls_goes_to_and_fro_exactly():
-    # Room for the centre from 1/2 to 7/2: it reaches the upper wall after 2, then a wall every 3.
+    # Room for the center from 1/2 to 7/2: it reaches the upper wall after 2, then a wall every 3.
     rod = Oracle([["3/2"]], [[1]], [4], periodic=False, arithmetic="fraction")
     hits = list(itertools.islice(rod, 4))
     assert [(c.time, c.i, c.j) for c in hits] == [(2, 0, 2), (5, 0, 1), (8, 0, 2), (11, 0, 1)]
@@ -46,7 +46,7 @@ def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
 
 
 def test_chords_of_a_circle_are_all_as_long():
-    # Distance from the centre when nearest: 0.6 of a room of 2; chords of 2 * 1.6, at a speed of 1.
+    # Distance from the center when nearest: 0.6 of a room of 2; chords of 2 * 1.6, at a speed of 1.
     jar = {"type": "sphere", "center": [3, 3], "radius": "5/2"}
     disk = Oracle([[3, "4.2"]], [[1, 0]], [6, 6], periodic=False, obstacles=[jar])
     times = [c.time for c in itertools.islice(disk, 50)]
@@ -66,7 +66,7 @@ def test_a_cylinder_lets_go_along_its_axis():
 
 
 def test_a_tilted_plane_reflects():
-    # x + y >= 3 with radius sqrt(1/2): met by the centre on x + y = 4, in a fall from (2, 4) at (2, 2).
+    # x + y >= 3 with radius sqrt(1/2): met by the center on x + y = 4, in a fall from (2, 4) at (2, 2).
     slope = {"type": "plane", "normal": [1, 1], "offset": 3}
     exact = make_arithmetic("mpmath")
     size = exact.sqrt(exact.number(2))
@@ -172,7 +172,7 @@ def test_slow_contacts_are_elastic():
 def test_restitution_and_growth_act_on_the_surfaces():
     pair = Oracle([[1], [4]], [[1], [0]], [10], growth=1, restitution="1/2", arithmetic="fraction")
     pair.step()
-    # Surfaces approach at 1 + 1 and part at half of that, the centres at 1 more.
+    # Surfaces approach at 1 + 1 and part at half of that, the centers at 1 more.
     assert pair.velocities[1, 0] - pair.velocities[0, 0] == 2
 
 

@@ -78,9 +78,9 @@ def drawn(n, dimension, masses=1.0, kT=1.0, seed=0, **others):
 
 
 @pytest.mark.parametrize("name", LATTICES)
-def test_every_lattice_has_its_number_neighbours_and_packing_fraction(name):
+def test_every_lattice_has_its_number_neighbors_and_packing_fraction(name):
     """Kissing numbers and closest packings: Conway and Sloane, Sphere Packings, Lattices and Groups."""
-    build, n, dimension, neighbours, limit = LATTICES[name]
+    build, n, dimension, neighbors, limit = LATTICES[name]
     fraction = 0.6 * limit
     scene = build(packing_fraction=fraction)
     assert (scene.n, scene.dimension) == (n, dimension)
@@ -91,7 +91,7 @@ def test_every_lattice_has_its_number_neighbours_and_packing_fraction(name):
     distances, _ = tree.query(scene.positions, k=2)
     np.testing.assert_allclose(distances[:, 1], nearest, rtol=100 * EPS)
     around = tree.query_ball_point(scene.positions, nearest * (1 + 1e-9), return_length=True)
-    assert (around == neighbours + 1).all()
+    assert (around == neighbors + 1).all()
 
 
 @pytest.mark.parametrize("name", LATTICES)

@@ -1,4 +1,4 @@
-"""Neighbours by sorted cells: those of a k-d tree and of all pairs, in any dimension, box and mixture."""
+"""Neighbors by sorted cells: those of a k-d tree and of all pairs, in any dimension, box and mixture."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_the_nearest_are_those_of_all_pairs(dimension, n, count, walls):
     assert (found == np.argsort(all_pairs, axis=1)[:, :count]).all()
 
 
-def test_crowds_far_apart_have_their_neighbours_too():
+def test_crowds_far_apart_have_their_neighbors_too():
     rng = np.random.default_rng(2)
     # A drop, a thread and a few alone in a large box: some find nobody in the first reach.
     drop = 50.0 + rng.normal(0.0, 0.3, (300, 3))
@@ -51,7 +51,7 @@ def test_crowds_far_apart_have_their_neighbours_too():
     assert np.take_along_axis(squares(room, places), found, axis=1) == pytest.approx(right, rel=1e-12)
 
 
-def test_where_a_tree_takes_over_the_neighbours_are_the_same(monkeypatch):
+def test_where_a_tree_takes_over_the_neighbors_are_the_same(monkeypatch):
     rng = np.random.default_rng(3)
     room, places = Room(np.full(3, 10.0), np.array([True, True, False])), rng.uniform(0.0, 10.0, (200, 3))
     by_cells = nearest(room, places, 5)
@@ -59,12 +59,12 @@ def test_where_a_tree_takes_over_the_neighbours_are_the_same(monkeypatch):
     assert (nearest(room, places, 5) == by_cells).all()
 
 
-def test_one_neighbour_fewer_than_there_are_others_is_everybody_between_walls():
+def test_one_neighbor_fewer_than_there_are_others_is_everybody_between_walls():
     rng = np.random.default_rng(4)
     room, places = Room(np.full(2, 3.0), np.zeros(2, bool)), rng.uniform(0.0, 3.0, (13, 2))
     found = nearest(room, places, 12)
     assert (np.sort(found, axis=1) == [[j for j in range(13) if j != i] for i in range(13)]).all()
-    with pytest.raises(InputError, match="13 neighbours are asked for, and there are 12 others"):
+    with pytest.raises(InputError, match="13 neighbors are asked for, and there are 12 others"):
         neighbors.nearest(room, places, 13)
 
 

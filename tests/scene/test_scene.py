@@ -409,7 +409,7 @@ def test_positions_put_in_order_are_the_same_of_each_kind():
     assert apart < 0.7 * np.linalg.norm(np.diff(positions[kinds == 0], axis=0), axis=1).mean()
 
 
-def test_neighbours_in_a_large_random_scene_are_neighbours_in_memory():
+def test_neighbors_in_a_large_random_scene_are_neighbors_in_memory():
     from carom.scene import placement
 
     counts = [placement.MANY // 2] * 2

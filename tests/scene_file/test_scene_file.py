@@ -66,8 +66,8 @@ def test_the_seed_places_random_spheres():
 BAD = [
     ("[scen]\ncells = 8", r"\[scen\] is no known section; did you mean scene"),
     (
-        "[colour]",
-        r"\[colour\] is no known section \(known: code, pack, plan, run, scene, shear, study, trade",
+        "[color]",
+        r"\[color\] is no known section \(known: code, pack, plan, run, scene, shear, study, trade",
     ),
     ("[eos]\nseed = 1", r"\[eos\] is no known section; carom eos reads \[study\]"),
     ("[output]\nevent_log = true", r"\[output\] is no known section; its keys stand in \[run\]"),

@@ -82,7 +82,7 @@ def test_a_run_ends_exactly_at_the_hit_of_an_obstacle():
     plain.run(time=5.0)
     stopped.run(until=carom.hit("door"), time=5.0)
     assert stopped.obstacles[-1].hits == 1
-    # Whoever hit it touches it: the distance of the centres is that of contact, within rounding.
+    # Whoever hit it touches it: the distance of the centers is that of contact, within rounding.
     gap = np.linalg.norm(stopped.positions - np.array(DOOR.center), axis=1).min() - (DOOR.radius + 0.5)
     assert abs(gap) < 1e-13 * max(SCENE.box)
     advance(there._state, None, stopped._state.clock.instant)

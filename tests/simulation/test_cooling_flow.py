@@ -52,7 +52,7 @@ def test_transverse_flow_accounts_for_the_pressure_of_a_cooling_gas(n, restituti
     energy = np.mean(energies, axis=0)
     shift = theory.finite_size_shift(ETA, n, theory.best(3))
     enskog = 1 + 0.5 * (1 + restitution) * (theory.best(3)(ETA) + shift - 1)
-    # A sine and a cosine of two directions. Neighbours flow alike: what flow holds too much, contacts lack.
+    # A sine and a cosine of two directions. Neighbors flow alike: what flow holds too much, contacts lack.
     surplus = 4 * np.sum(energy - 1) / (3 * (n - 1))
     corrected = 1 + (enskog - 1) * (1 - surplus)
     of_runs = energies[:, np.sum(k**2, axis=1) == 1].mean(axis=1)

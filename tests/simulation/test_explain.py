@@ -1,4 +1,4 @@
-"""Only what a scene requires: which models, arrays and neighbours a scene gets, and what is not there."""
+"""Only what a scene requires: which models, arrays and neighbors a scene gets, and what is not there."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
         "motion": "Inertial",
         "boundary": "NearestImage",
         "timing": "FromRows",
-        "neighbours": "Lists",
+        "neighbors": "Lists",
     }
     others = {"image counts", "an event log", "swaps", "a barostat"}
     assert {*FEATURES, *others} == {*found.absent}
@@ -113,7 +113,7 @@ def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
     found = explain(PLAIN, tuning=carom.Tuning(neighbors=kind))
-    assert found.models["neighbours"].lower() == kind
+    assert found.models["neighbors"].lower() == kind
     assert "asked for" in found.neighbors
 
 
@@ -131,7 +131,7 @@ def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
         (carom.Scene.crystal(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
     ],
 )
-def test_the_choice_of_neighbours_has_a_reason(scene, says):
+def test_the_choice_of_neighbors_has_a_reason(scene, says):
     import re
 
     assert re.search(says, explain(scene).neighbors)

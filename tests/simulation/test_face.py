@@ -21,7 +21,7 @@ def test_a_simulation_shows_its_particles(tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 1000
     assert sim.plot(tmp_path / "picture.png").axes
     assert (tmp_path / "picture.png").exists()
-    assert "Neighbours" in str(sim.explain())
+    assert "Neighbors" in str(sim.explain())
 
 
 @pytest.mark.usefixtures("unscheduled")

@@ -93,7 +93,7 @@ def test_memory_goes_on_in_another_unit_of_time_in_grown_arrays_and_from_a_file(
 
 
 @pytest.mark.parametrize("name", ["loss", "rough", "shear", "langevin"])
-def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
+def test_memory_goes_on_in_another_neighbor_scheme(name, plain):
     def between(sim):
         sim._state.requested = ("lists" if sim._state.scheme.kind == "sectors" else "sectors", None)
         return sim

@@ -43,7 +43,7 @@ def test_two_spheres_alone_have_no_force_but_the_surface_that_grows(frequencies)
 
 
 @pytest.mark.usefixtures("plain")
-def test_neighbouring_rods_have_the_gaps_of_points_on_a_ring(frequencies):
+def test_neighboring_rods_have_the_gaps_of_points_on_a_ring(frequencies):
     # Without their lengths four rods are points on a ring of length 4 (F. Zernike and J. A. Prins, Z. Phys.
     # 41, 184 (1927), for infinitely many): the two others are elsewhere with (1 - gap / 4)^2.
     scene = carom.Scene([[0.5], [2.0], [4.5], [6.5]], 8.0)

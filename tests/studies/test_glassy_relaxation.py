@@ -19,7 +19,7 @@ def example():
 
 @pytest.mark.usefixtures("plain")
 def test_free_spheres_scatter_as_a_gas(example):
-    """F_s = exp(-k^2 t^2 kT / 2m), of velocities about the centre of mass."""
+    """F_s = exp(-k^2 t^2 kT / 2m), of velocities about the center of mass."""
     n = 30
     sim = carom.Simulation(
         carom.Scene.random(n, 1e-9, diameter=1.0), seed=1, tuning=carom.Tuning(neighbors="lists")

@@ -60,7 +60,7 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
 @pytest.mark.parametrize(
     ("dimension", "fraction", "contacts"), [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)]
 )
-def test_two_spheres_jam_at_the_centre_of_each_others_images(dimension, fraction, contacts):
+def test_two_spheres_jam_at_the_center_of_each_others_images(dimension, fraction, contacts):
     start = carom.Scene([np.zeros(dimension), np.full(dimension, 0.3)], (1.0,) * dimension, diameter=0.01)
     packing = carom.pack(start, rate=0.1, until_Z=1e9, seed=3)
     assert packing.packing_fraction == pytest.approx(fraction, rel=1e-7)
@@ -331,6 +331,6 @@ def test_hyperspheres_jam_where_skoge_and_others_found(dimension, fraction):
 
 
 @pytest.mark.slow
-def test_slow_compression_crystallises():
+def test_slow_compression_crystallizes():
     packing = judged(points(1000, 3, seed=1), stages=[(0.02, 10.0), (1e-4, 60.0), (1e-3, 1e5)], seed=1)
     assert 0.68 < packing.packing_fraction <= DENSEST[3]

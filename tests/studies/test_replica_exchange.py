@@ -100,7 +100,7 @@ def test_copies_exchange_their_configurations(measure, monkeypatch):
     ladder = {"kT": [0.01, 0.02, 0.04], "n": 2, "dimension": 2, "packing_fraction": 0.1, "every": 1.0}
     found = measure({**ladder, "rounds": 64, "seed": 1}, lambda: None)
     assert [mean for mean, _ in found["U"]] == [-2.0, -1.0, 0.0]
-    # Neighbours swap places at 0, 1 and 2, and later tries are refused: 3 of 64 rounds.
+    # Neighbors swap places at 0, 1 and 2, and later tries are refused: 3 of 64 rounds.
     assert [64 * part / 2.0 for part in found["exchanged"]] == [2.0, 1.0, 0.0]
 
 

@@ -130,7 +130,7 @@ def test_forces_balance_at_every_point():
         total[i] += force * code.points[j]
         total[j] += force * code.points[i]
     radial = np.einsum("ij,ij->i", total, code.points)[:, None] * code.points
-    assert np.abs(total - radial).max() < 1e-7  # the tolerance of the linear programme
+    assert np.abs(total - radial).max() < 1e-7  # the tolerance of the linear program
 
 
 def test_hops_lead_to_a_code_that_is_not_worse():
@@ -489,7 +489,7 @@ def test_the_best_known_codes_are_found(k, n):
     ("n", "k", "one_over", "contacts"),
     [
         (10, 4, 6, None),  # the Petersen code (Bachoc and Vallentin 2009)
-        (24, 4, 2, 96),  # the 24-cell: eight neighbours each
+        (24, 4, 2, 96),  # the 24-cell: eight neighbors each
         (16, 5, 5, 80),  # half of the corners of a cube: ten
         (27, 6, 4, 216),  # Schlaefli: sixteen
         (56, 7, 3, 756),  # Hess: twenty-seven

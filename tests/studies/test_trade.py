@@ -1,7 +1,6 @@
 """``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
 
 import csv
-import io
 import json
 import math
 import signal
@@ -10,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from helpers.naive.stepping import SteppedSystem
-from rich.console import Console
+from helpers.screens import printed
 
 import carom
 from carom import theory
@@ -294,13 +293,14 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
     assert study.more()["horizon"]["to_one"] > 0.0
     assert (tmp_path / "trade.png").stat().st_size > 10_000
     for shown in study.tables():
-        narrow = Console(file=io.StringIO(), width=60)
-        narrow.print(shown.rich(narrow))
-        lines = narrow.file.getvalue().splitlines()
+        lines = printed(shown, 60, terminal=True).splitlines()
         assert all(len(line) <= 60 for line in lines)
-        for _, column in shown.columns():  # whole, whether beside or below each other
-            assert any(column.head in line for line in lines), column.head
+        for word in (word for _, column in shown.columns() for word in column.head.split()):
+            assert any(word in line for line in lines), word
         assert {*shown.to_dataframe().columns} == {*shown.names()}
+    first = [printed(table, 80, terminal=True).splitlines() for table in study.printed()]
+    assert max(len(line) for lines in first for line in lines) <= 80
+    assert sum(map(len, first)) < 3 * len(study.rows) + 20
     study.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     titles = [table.title for table in study.tables()]

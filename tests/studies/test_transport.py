@@ -196,7 +196,7 @@ def test_the_mean_taken_out_of_the_pressure_is_made_good(total, count, runs):
 def test_a_mixture_conducts_without_a_flux_of_any_species():
     # Mean products that grow as 2 L t. Without a flux of the first species the heat is L_00 - L_01^2 / L_11.
     heat, cross, first = 2.0, 0.6, 0.5
-    counts = (40.0, 60.0)  # masses are equal, and the centre of mass rests: the fluxes are opposite
+    counts = (40.0, 60.0)  # masses are equal, and the center of mass rests: the fluxes are opposite
     matrix = np.array([[heat, cross, -cross], [cross, first, -first], [-cross, -first, first]])
     block = block_of(windows.LAGS)
     block["fluxes"] = (matrix[..., None] * np.array(windows.LAGS)).tolist()
@@ -274,7 +274,7 @@ def test_two_estimators_combine_to_less_than_either():
     one, two = 3.0 + x, 3.0 + 0.3 * x + 0.9 * y
     found = combined(one, two)
     assert found.error < min(one.std(), two.std()) / math.sqrt(4000)
-    # Least variance by hand: minimise var(a + w (b - a)).
+    # Least variance by hand: minimize var(a + w (b - a)).
     weights = np.linspace(-1.0, 2.0, 3001)
     least = min((1.0 - 0.7 * w) ** 2 + (0.9 * w) ** 2 for w in weights)
     assert found.error == pytest.approx(math.sqrt(least / 4000), rel=0.05)
@@ -397,11 +397,11 @@ def test_identical_species_diffuse_and_conduct_as_one(study):
     for name in ("shear_viscosity", "thermal_conductivity"):
         a, b = getattr(one, name), getattr(two, name)
         assert a.mean == pytest.approx(b.mean, abs=FIVE * math.hypot(a.error, b.error)), name
-    # Equal spheres of two colours: what they exchange is self-diffusion, but for the correlation of unlike
-    # neighbours.
+    # Equal spheres of two colors: what they exchange is self-diffusion, but for the correlation of unlike
+    # neighbors.
     mutual = two.mutual_diffusion
     assert mutual.mean == pytest.approx(two.self_diffusion[0].mean, abs=FIVE * mutual.error)
-    # Heat and colour have nothing to do with each other.
+    # Heat and color have nothing to do with each other.
     heat = two.thermal_diffusion
     assert abs(heat.mean) < FIVE * heat.error
 

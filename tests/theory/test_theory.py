@@ -487,8 +487,8 @@ def test_text_is_no_number_of_any_function(name):
 def sonine_orders(d, orders):
     """Return factors over the first order of self-diffusion, viscosity and conductivity, for every order.
 
-    Brackets of the linearised Boltzmann equation, by Gaussian quadrature that is exact for polynomials: over
-    the relative velocity g, the angle of the line of centres to it, and the mean velocity.
+    Brackets of the linearized Boltzmann equation, by Gaussian quadrature that is exact for polynomials: over
+    the relative velocity g, the angle of the line of centers to it, and the mean velocity.
     """
     from scipy.special import eval_genlaguerre, roots_genlaguerre, roots_jacobi
 

@@ -64,9 +64,9 @@ def test_the_structure_factor_is_that_of_freud(frames, found):
     box = freud.box.Box(*frames[0].box)
     # freud takes wave vectors of one octant only: mirror images of the frames have those of the others.
     for frame in frames:
-        centred = frame.positions - 0.5 * np.array(frame.box)
+        centered = frame.positions - 0.5 * np.array(frame.box)
         for mirror in ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1)):
-            theirs.compute((box, box.wrap(centred * mirror)), reset=False)
+            theirs.compute((box, box.wrap(centered * mirror)), reset=False)
     for q, ours in zip(found.wave_numbers, found.structure_factor, strict=True):
         k = int(np.argmin(np.abs(theirs.bin_centers - q)))
         near = theirs.S_k[max(k - 1, 0) : k + 2]

@@ -17,10 +17,8 @@ from carom.errors import CaromWarning, InputError
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_extxyz_names_the_species_of_a_mixture_for_ovito_and_colours_them_as_our_pictures(
-    tmp_path, dimension
-):
-    """OVITO 3.17 takes ``species`` for types, ``color`` for colours and ``radius`` for radii (docs/files)."""
+def test_extxyz_names_the_species_of_a_mixture_for_ovito_and_colors_them_as_our_pictures(tmp_path, dimension):
+    """OVITO 3.17 takes ``species`` for types, ``color`` for colors and ``radius`` for radii (docs/files)."""
     (frame,) = frames_of(dimension, count=1)
     lines = write(tmp_path / "a.extxyz", [frame]).read_text().splitlines()
     assert "species:S:1:" in lines[1]

@@ -25,7 +25,7 @@ def names_in(data):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_ovito_sees_names_radii_colours_and_walls_in_extended_xyz_but_never_two_dimensions(
+def test_ovito_sees_names_radii_colors_and_walls_in_extended_xyz_but_never_two_dimensions(
     tmp_path, dimension, read
 ):
     """Its reader has no key for a flat cell (docs/files); should a new version learn one, this test fails."""

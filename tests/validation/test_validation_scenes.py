@@ -252,7 +252,7 @@ def sinai(seed, edge=2.0, diameter=0.2, radius=0.5):
 
 
 def sinai_path(edge=2.0, diameter=0.2, radius=0.5):
-    """Return pi A / perimeter of what a centre can reach."""
+    """Return pi A / perimeter of what a center can reach."""
     room, contact = edge - diameter, radius + 0.5 * diameter
     return math.pi * (room**2 - math.pi * contact**2) / (4.0 * room + 2.0 * math.pi * contact)
 

@@ -103,7 +103,7 @@ def observed(sim, events):
         warnings.simplefilter("ignore", CaromWarning)  # only the mean is taken, and many runs tell its error
         pressure = sim.measure(carom.Pressure(), collisions=events, blocks=16)
     end, steps = sim.frame(), sim.interaction - steps
-    free = d * n / sim.degrees_of_freedom  # their kT counts the motion of the centre of mass
+    free = d * n / sim.degrees_of_freedom  # their kT counts the motion of the center of mass
     kT = steps.kT / free
     moved = ((end.unwrapped - start.unwrapped) ** 2).sum(axis=1) / (2 * d * steps.time)
     found = {

@@ -19,7 +19,7 @@ from carom.bridges.embedding import (
     require_at_most_three,
     symbols_of,
 )
-from carom.bridges.palette import colours_of
+from carom.bridges.palette import colors_of
 
 if TYPE_CHECKING:
     import ase
@@ -78,7 +78,7 @@ def to_ase(frame: Frame) -> ase.Atoms:
     if frame.species is not None:
         atoms.set_array("kind", frame.species)
         atoms.set_tags(frame.species)
-        atoms.set_array("color", np.array(colours_of(len(symbols)))[frame.species])
+        atoms.set_array("color", np.array(colors_of(len(symbols)))[frame.species])
         if frame.species_names:
             atoms.info["species_names"] = joined(frame.species_names)
     return atoms

@@ -129,7 +129,7 @@ def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
     result = velocities * mass
     # The bounds are finite, so that no finite momentum becomes infinite.
     for towards in (np.finfo(np.float64).max, np.finfo(np.float64).min):
-        neighbour = np.nextafter(velocities * mass, towards)
-        better = (result / mass != velocities) & (neighbour / mass == velocities)
-        result = np.where(better, neighbour, result)
+        neighbor = np.nextafter(velocities * mass, towards)
+        better = (result / mass != velocities) & (neighbor / mass == velocities)
+        result = np.where(better, neighbor, result)
     return result

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
-from carom.bridges.palette import colours_of
+from carom.bridges.palette import colors_of
 from carom.checks import needed
 from carom.errors import InputError
 
@@ -24,7 +24,7 @@ AXES = "xyz"
 
 
 def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
-    """Return freud's box, periodic where the frame is, and centred float32 positions (n, 3)."""
+    """Return freud's box, periodic where the frame is, and centered float32 positions (n, 3)."""
     if frame.dimension not in (2, 3):
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
     box = needed("freud", "A frame for freud", "'carom[freud]'").box
@@ -50,8 +50,8 @@ def to_ovito(frame: Frame) -> ovito.data.DataCollection:
     names = names_of(frame)
     kinds = np.zeros(frame.n, dtype=int) if frame.species is None else frame.species
     types = particles.create_property("Particle Type", data=kinds.astype(np.int32) + 1)
-    for k, (name, colour) in enumerate(zip(names, colours_of(len(names)), strict=True)):
-        types.types.append(data.ParticleType(id=k + 1, name=name, color=colour))
+    for k, (name, color) in enumerate(zip(names, colors_of(len(names)), strict=True)):
+        types.types.append(data.ParticleType(id=k + 1, name=name, color=color))
     particles.create_property("Radius", data=0.5 * frame.diameters)
     particles.create_property("Mass", data=frame.masses)
     particles.create_property("Velocity", data=embed(frame.velocities))

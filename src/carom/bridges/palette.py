@@ -1,9 +1,9 @@
-"""The colours of species and of quantities: the same in pictures, in the viewer, and for other programs."""
+"""The colors of species and of quantities: the same in pictures, in the viewer, and for other programs."""
 
 from __future__ import annotations
 
 FACES = ("#6f9bc8", "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
-"""Colours of the species, in their order; with more species than colours they repeat."""
+"""Colors of the species, in their order; with more species than colors they repeat."""
 
 SEQUENTIAL = (
     "#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725",
@@ -14,12 +14,12 @@ DIVERGING = ("#3b4cc0", "#6f92f3", "#aac7fd", "#dddcdc", "#f7b89c", "#e7745b", "
 """On both sides of zero: the map "coolwarm" of Moreland (2009)."""
 
 
-def rgb(colour: str) -> tuple[float, float, float]:
+def rgb(color: str) -> tuple[float, float, float]:
     """Return ``"#rrggbb"`` as red, green and blue from 0 to 1."""
-    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    red, green, blue = (int(color[k : k + 2], 16) / 255 for k in (1, 3, 5))
     return red, green, blue
 
 
-def colours_of(count: int) -> list[tuple[float, float, float]]:
-    """Return the colours of `count` species."""
+def colors_of(count: int) -> list[tuple[float, float, float]]:
+    """Return the colors of `count` species."""
     return [rgb(FACES[k % len(FACES)]) for k in range(count)]

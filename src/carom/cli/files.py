@@ -61,14 +61,22 @@ def view(
     collisions: Annotated[
         int | None, typer.Option(help="Collisions to show of an event log, at least 1; 20 000 by default.")
     ] = None,
+    begin: Annotated[
+        float | None,
+        typer.Option(
+            "--from", help="Time to begin at; an event log begins where the measurement of its run does."
+        ),
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Time to end at.")] = None,
     show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
     trust_code: Trusted = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Show a run, packing or study in the browser.
 
-    Of an event log every collision is shown, in exact time; of a study its report opens. The page is one file
-    of HTML that needs no network; send it to whom you like. An older page of Carom is replaced.
+    Of an event log every collision is shown, in exact time, from where the measurement begins; of a study its
+    report opens. The page is one file of HTML that needs no network; send it to whom you like. An older page
+    of Carom is replaced.
 
     [bold]Examples[/bold]
 
@@ -76,7 +84,9 @@ def view(
     carom view carom-pack --out packing.html --no-open
     carom view carom-eos
     carom view run/events.h5 --collisions 5000
+    carom view run/events.h5 --from 0 --to 2.5
     """
+    from carom.cli.screen import watched
     from carom.errors import InputError
     from carom.pictures.view import is_page, rules_beside, view as shown
     from carom.studies.kinds import kind_at
@@ -90,13 +100,14 @@ def view(
     page = out or (source / name if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite or is_page(page))
     if study is not None:
-        if collisions is not None:
-            raise InputError(
-                f"--collisions is of an event log, and {source} holds {study.name}; leave it out."
-            )
+        given = {"--collisions": collisions, "--from": begin, "--to": end}
+        if named := [name for name, value in given.items() if value is not None]:
+            raise InputError(f"{named[0]} is of a run, and {source} holds {study.name}; leave it out.")
         study.load(source).report(page)
     else:
-        shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
+        rules = rules_beside(source) if trust_code else None
+        with watched("Reading"):  # a replay passes all collisions before its beginning
+            shown(source, page, collisions=collisions, begin=begin, end=end, interaction=rules)
     typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
     if show:
         typer.launch(str(page))

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 from carom.cli.heartbeat import say
@@ -21,13 +22,19 @@ from carom.studies.planner.outcome import Outcome
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.table import Table, decimals, facts, of_texts
-from carom.texts import typed, visible
+from carom.texts import superscript, typed, visible
 
 EPSILON = sys.float_info.epsilon
 """Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""
 
 LONGER = 5.0
 """Length of a longer run that is proposed [that of the run]."""
+
+MOST_LAYERS = 12
+"""Largest number of layers along a field that are printed."""
+
+FILLED = 0.99
+"""Part of the particles that the printed layers reach up to."""
 
 FEWEST = 10.0
 """Independent samples from which a run is said to be in equilibrium, and compared with theory."""
@@ -167,7 +174,7 @@ def _physics(summary: dict[str, Any]) -> Table:
         places = decimals(measured["error"])
         beside = [_beside(row, theoretical, measured, places) for row in summary["theory"]]
         shown.append((name, _with_error(measured), *beside))
-    per_kT = f"P σ{_superscript(dimension)}/kT"
+    per_kT = f"P σ{superscript(dimension)}/kT"
     alone = [
         ("V", summary.get("volume")),
         ("U / N", summary.get("U")),
@@ -215,23 +222,29 @@ def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
     sigma, d = summary["diameter"], summary["dimension"]
     if summary.get("weight"):
         w = summary["weight"]
-        length = f" σ{_superscript(d - 1)}" if d > 1 else ""
+        length = f" σ{superscript(d - 1)}" if d > 1 else ""
         return [("pressure", f"P{length}/mg", sigma ** (d - 1) / w), ("force", "force/mg", 1.0 / w)]
     if summary["kT"] and summary.get("thermal", True):
         kT = summary["kT"]
-        return [("pressure", f"P σ{_superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
+        return [("pressure", f"P σ{superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
     return [("pressure", "P", 1.0), ("force", "force", 1.0)]
 
 
 def _bed(summary: dict[str, Any]) -> Table:
     """Return the table of the layers along a field."""
     sigma, rows = summary["diameter"], []
-    for layer in summary["layers"]:
+    held = np.cumsum([layer["members"] for layer in summary["layers"]])
+    filled = int(np.searchsorted(held, FILLED * held[-1])) + 1 if held[-1] else 0
+    shown = summary["layers"][: filled : math.ceil(filled / MOST_LAYERS) or 1]
+    for layer in shown:
         kT = _scaled(layer["kT"], 1.0 / (summary["weight"] * sigma))
         known = kT["mean"] is not None and kT["error"] is not None
         place = f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}"
         rows.append((place, f"{layer['members']:.4g}", _with_error(kT) if known else "-"))
-    return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, "Layers along the field, from below")
+    title = "Layers along the field, from below"
+    if len(shown) < len(summary["layers"]):
+        title += f": {len(shown)} of {len(summary['layers'])}, which summary.json has"
+    return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, title)
 
 
 _WHOLE_BOX = (
@@ -263,7 +276,7 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
         if any(obstacle["pressure"]["error"] is not None for obstacle in summary["obstacles"]):
             lines.append(
                 "A pressure is the force over the area of the surface itself: the face of the box, or the "
-                "sphere or cylinder that an obstacle is. Centres turn around half a diameter before it."
+                "sphere or cylinder that an obstacle is. Centers turn around half a diameter before it."
             )
     return lines
 
@@ -359,10 +372,6 @@ def _beside(row: dict[str, Any], key: str, measured: dict[str, Any], places: int
     if not measured["error"] or _few(measured):
         return text
     return f"{text} ({(measured['mean'] - theory) / (measured['error'] * row.get('errors', 1.0)):+.1f})"
-
-
-def _superscript(dimension: int) -> str:
-    return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(dimension)) if dimension > 1 else ""
 
 
 def _rounded(rate: float) -> str:

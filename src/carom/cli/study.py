@@ -196,7 +196,7 @@ def show(study: Study[Any], as_json: bool) -> None:
         from carom.cli.tables import Screen
 
         console = Screen()
-        for table in study.tables():
+        for table in study.printed():
             console.print(table.rich(console))
         for sentence in study.sentences():
             console.print(sentence)

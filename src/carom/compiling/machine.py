@@ -11,7 +11,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-LEVEL = 3  # of optimisation: below it half the rate is lost
+LEVEL = 3  # of optimization: below it half the rate is lost
 
 
 @lru_cache(maxsize=1)
@@ -52,21 +52,21 @@ def _context() -> Any:
 
 def machine_code(text: str) -> bytes:
     """Return the machine code of a module's text."""
-    return _machine()[0].emit_object(_optimised(text))
+    return _machine()[0].emit_object(_optimized(text))
 
 
 def assembly(text: str) -> str:
     """Return the same for people to read."""
-    return _machine()[0].emit_assembly(_optimised(text))
+    return _machine()[0].emit_assembly(_optimized(text))
 
 
-def _optimised(text: str) -> Any:
-    """Return a module of a text, verified and optimised."""
+def _optimized(text: str) -> Any:
+    """Return a module of a text, verified and optimized."""
     target, _ = _machine()
     module = llvm.parse_assembly(text, _context())
     module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
     module.verify()
-    # Rotated loops first: else some that have two ends are not vectorised.
+    # Rotated loops first: else some that have two ends are not vectorized.
     cheap = _passes(target, 0, vectorize=False)
     manager = cheap.getModulePassManager()
     manager.add_loop_rotate_pass()

@@ -33,7 +33,7 @@ QUESTIONS: list[Any] = []
 
 
 def fast(function):
-    """Let a function have vectorised loops: the sign of a zero may be lost."""
+    """Let a function have vectorized loops: the sign of a zero may be lost."""
     FLAGS[function] = "nsz "
     return function
 

@@ -22,7 +22,7 @@ from carom.compiling.language import (
 )
 
 UNROLLED = 16
-"""Rounds up to which a loop over known numbers is written out. One over lanes is left to be vectorised."""
+"""Rounds up to which a loop over known numbers is written out. One over lanes is left to be vectorized."""
 
 INSTEAD = {
     "Try": "try is not known here: test beforehand",

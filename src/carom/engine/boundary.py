@@ -1,7 +1,7 @@
 """Periodic boxes: the image of a component that a *word* names.
 
 In a wide box it is the index, and the nearest image. In a small one (the paper's unsectored case) it is
-``index << bits | code``, with the ``code`` < 3^d of the neighbouring sector that held the candidate.
+``index << bits | code``, with the ``code`` < 3^d of the neighboring sector that held the candidate.
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ class SectorImage(NamedTuple):
     cell: np.ndarray  # sector of each component, (n + 1, d) int32: the array of the sectors themselves
     wraps: np.ndarray  # boxes between a component's position and its sector, (n + 1, d) int32, theirs too
     digits: np.ndarray
-    """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
-    bits: int  # bits of a word that hold the neighbouring sector
+    """Offset -1, 0 or 1 along each axis of each of the 3^d neighboring sectors, (3^d, d) int64."""
+    bits: int  # bits of a word that hold the neighboring sector
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
         return np.int64(ref) >> self.bits

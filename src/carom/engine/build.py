@@ -172,7 +172,7 @@ def stripped(engine: Engine) -> Engine:
 
 
 def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:
-    """Return the engine with larger, empty arrays for its neighbour scheme; all must be scheduled anew."""
+    """Return the engine with larger, empty arrays for its neighbor scheme; all must be scheduled anew."""
     neighbors, boundary = build_neighbors(scheme, system, engine.model.pair, engine.model.motion)
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 

@@ -57,7 +57,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
     a, b, virial, kind, before, step = outcome(
         model.boundary, model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
-    # Surfaces that grow approach faster than the centres do.
+    # Surfaces that grow approach faster than the centers do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
     a *= part

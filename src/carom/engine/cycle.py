@@ -58,7 +58,7 @@ from carom.models.questions.particles import NEVER
 
 @entry
 def schedule(model, state, neighbors, calendar, tallies, start_index, end):
-    """Schedule a range of components now; return False if an array of the neighbour scheme is too small.
+    """Schedule a range of components now; return False if an array of the neighbor scheme is too small.
 
     The scheme is built with the first of them, and the calendar laid out with the last.
     """

@@ -133,7 +133,7 @@ def schedule_transit(model, state, neighbors, i, now):
 
 
 def offer_newcomer(model, state, calendar, tally, i, now, found):
-    """Schedule i with a newcomer to its neighbourhood, if they meet before the present event of i."""
+    """Schedule i with a newcomer to its neighborhood, if they meet before the present event of i."""
     ref, t = found
     if ref < 0:
         return

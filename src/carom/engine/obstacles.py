@@ -223,7 +223,7 @@ def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
     Without ``every`` only those in every image of the box are looked at: they are seen as far as the next
-    images, and looked for again whenever i has gone as far as its neighbours reach. Contacts after ``until``
+    images, and looked for again whenever i has gone as far as its neighbors reach. Contacts after ``until``
     need not be found.
     """
     place_at(model, state, i, now, obstacles.x, obstacles.v)

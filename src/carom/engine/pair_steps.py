@@ -1,7 +1,7 @@
 """Pairs with steps and without: the time and the outcome of their events, through one interface.
 
-The step of a pair is in bits of the words in neighbour lists, ``index << bits | step``. A pair has two
-entries, which change together at its events. Renewed lists keep the words of old neighbours; new ones come
+The step of a pair is in bits of the words in neighbor lists, ``index << bits | step``. A pair has two
+entries, which change together at its events. Renewed lists keep the words of old neighbors; new ones come
 from beyond all steps. Only the caller derives steps from distances, at the start of a run.
 """
 
@@ -217,7 +217,7 @@ def write_steps(lists: Any, pairs: np.ndarray, step_numbers: np.ndarray) -> None
         found = order[np.minimum(at, len(order) - 1)] if len(order) else at
         if not len(order) or (keys[found] != i * n + j).any():
             raise CaromError(
-                "A pair on a step is in no list of neighbours: the checkpoint that the run comes from was "
+                "A pair on a step is in no list of neighbors: the checkpoint that the run comes from was "
                 "changed, or this is a fault of Carom; please report it."
             )
         lists.refs[entries[found]] = (j << lists.steps.bits | step_numbers).astype(np.uint32)

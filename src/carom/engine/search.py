@@ -30,7 +30,7 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     """Return the word of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
 
     The time has 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
-    the earliest. The loop over eight has no branch and stays in registers, so that it is vectorised.
+    the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized.
     """
     me = state.rows[i]
     first_lane = np.int64(block_half) * WIDTH

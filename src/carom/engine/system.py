@@ -83,7 +83,7 @@ class System:
 
     @property
     def listed_stretch(self) -> tuple[float, ...]:
-        """The same for as long as lists of neighbours hold."""
+        """The same for as long as lists of neighbors hold."""
         if not isinstance(self.motion, Shear):
             return (1.0,) * self.dimension
         return self.motion.stretch(self.box, LISTED_STRAIN)

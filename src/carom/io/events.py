@@ -50,7 +50,7 @@ class Events(NamedTuple):
     i: np.ndarray  # int32
     j: np.ndarray  # int32: the other component; n + k for wall or obstacle k
     image: np.ndarray  # int32: which periodic image of j it was
-    impulse: np.ndarray  # [mass * length / time] on j along the line of centres
+    impulse: np.ndarray  # [mass * length / time] on j along the line of centers
     kind: np.ndarray | None = None
     """int8, where pairs have steps (``carom.models.interactions.wells``): 0 for thrown back at the inner end
     (core), 1 for across it (in), 2 for across the outer end (out), 3 for thrown back there (bounce)."""

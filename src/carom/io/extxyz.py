@@ -29,7 +29,7 @@ from carom.bridges.embedding import (
     spins_of,
     symbols_of,
 )
-from carom.bridges.palette import colours_of
+from carom.bridges.palette import colors_of
 from carom.errors import FileError
 from carom.frame import Frame
 from carom.io.extxyz_header import (
@@ -92,11 +92,11 @@ def render(frame: Frame) -> bytes:
         columns.append(kinds.tolist())
         properties += ":kind:I:1:color:R:3"
         row += " %d"
-        fixed = [" {:.3g} {:.3g} {:.3g}".format(*rgb) for rgb in colours_of(len(symbols))]
+        fixed = [" {:.3g} {:.3g} {:.3g}".format(*rgb) for rgb in colors_of(len(symbols))]
         names = [one_word(name) for name in names_of(frame)]
         if names != symbols:
             properties += ":Z:I:1"
-            symbols, fixed = names, [colour + " 0" for colour in fixed]
+            symbols, fixed = names, [color + " 0" for color in fixed]
         if frame.species_names:
             more = f'species_names="{joined(frame.species_names)}" '
     lattice = " ".join(f"{x:.17g}" for x in cell_of(frame).ravel())

@@ -123,7 +123,7 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
 
 
 def _middle(box: np.ndarray, tilt: float | None) -> np.ndarray:
-    """Return the middle of a cell, on which GSD centres positions [length]."""
+    """Return the middle of a cell, on which GSD centers positions [length]."""
     middle = 0.5 * np.array(box, dtype=np.float64)
     if tilt:
         middle[0] += 0.5 * tilt * box[1]

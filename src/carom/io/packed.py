@@ -1,4 +1,4 @@
-"""Lossless packing: of neighbour lists, image counts, diameters of species.
+"""Lossless packing: of neighbor lists, image counts, diameters of species.
 
 The lowest bytes of all numbers come first: the highest are mostly equal. zlib halves lists and leaves almost
 nothing of few different numbers. Coordinates are random digits: a tenth saved, three times as long.

@@ -91,7 +91,7 @@ class BondOrder(OfFrames):
         checks.integer(self.l, "l", low=1, high=12)
         checks.number(self.width, "width", low=0.0, open_low=True)
         if (self.nearest is not None) + (self.reach is not None) + bool(self.voronoi) > 1:
-            raise InputError("nearest, reach and voronoi each say who the neighbours are; give one of them.")
+            raise InputError("nearest, reach and voronoi each say who the neighbors are; give one of them.")
         if self.nearest is not None:
             checks.integer(self.nearest, "nearest", low=1)
         for name in ("reach", "rmax"):
@@ -129,7 +129,7 @@ class BondOrder(OfFrames):
             return within(room, places, self.reach)
         count = NEAREST.get(d) if self.nearest is None else self.nearest
         if count is None:
-            raise InputError(f"In {d} dimensions nearest or reach must say who the neighbours are.")
+            raise InputError(f"In {d} dimensions nearest or reach must say who the neighbors are.")
         return nearest(room, places, count)
 
     def _correlated(
@@ -192,7 +192,7 @@ def _portions(count: int) -> list[slice]:
 
 
 def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
-    """Return the mean over all pairs of all frames, with a linearised error; nan where there is no pair."""
+    """Return the mean over all pairs of all frames, with a linearized error; nan where there is no pair."""
     total = counts.sum()
     if not total:
         return UNKNOWN

@@ -40,12 +40,12 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
         return 0.0
     size = x.size // parts
     means = x[x.size - parts * size :].reshape(parts, size).mean(axis=1)
-    centred = np.arange(parts) - 0.5 * (parts - 1)
-    slope = dot(centred, means) / dot(centred, centred)
-    rest = means - means.mean() - slope * centred
+    centered = np.arange(parts) - 0.5 * (parts - 1)
+    slope = dot(centered, means) / dot(centered, centered)
+    rest = means - means.mean() - slope * centered
     if _constant(means):
         return 0.0
-    error = math.sqrt(dot(rest, rest) / (parts - 2) / dot(centred, centred))
+    error = math.sqrt(dot(rest, rest) / (parts - 2) / dot(centered, centered))
     return _as_normal(slope, error, parts - 2)
 
 

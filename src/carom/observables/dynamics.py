@@ -205,7 +205,7 @@ class Dynamics(OfFrames):
             if (change > SAME * float(np.sum(np.abs(momenta)))).any():
                 raise InputError(
                     f"The total momentum changed along axis {int(np.nanargmax(change))}, for example at an "
-                    "obstacle: the motion of the centre of mass is no mere drift. Say along which axes it is "
+                    "obstacle: the motion of the center of mass is no mere drift. Say along which axes it is "
                     "conserved, Dynamics(conserved=...), or let Simulation.measure take the frames."
                 )
         elapsed, count = frame.time - self._first.time, len(self._samples)
@@ -302,7 +302,7 @@ def _mean(values: np.ndarray) -> Estimate:
 
 
 def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
-    """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with a linearised error."""
+    """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with a linearized error."""
     a, b = float(square.mean()), float(fourth.mean())
     if a == 0.0:
         return UNKNOWN

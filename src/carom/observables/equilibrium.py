@@ -25,7 +25,7 @@ collision per particle hardly have such a correlation.
 """
 
 PART = 8.0
-"""Independent samples in each part of the test for a trend, where there are enough. Neighbouring parts are
+"""Independent samples in each part of the test for a trend, where there are enough. Neighboring parts are
 then correlated by 1/32, which hardly makes false alarms more frequent."""
 
 FEWEST_PARTS = 4
@@ -37,7 +37,7 @@ then shorter than half of the time in which the species exchanges energy."""
 RENEWED = {2: 2.5, 3: 1.25}
 """Root of the mean square displacement during a stretch, in mean spacings, from which its error bar holds the
 slow fluctuations near freezing; RENEWED_OTHERWISE in other dimensions. In the plane the orientation of
-neighbourhoods outlives them. Measured with 256 particles: below it, error bars are too small by 1.3 to 6
+neighborhoods outlives them. Measured with 256 particles: below it, error bars are too small by 1.3 to 6
 (disks at 0.68 to 0.72) and by 1.3 to 1.4 (spheres at 0.49); beyond it, by no more than 1.15.
 """
 

@@ -64,7 +64,7 @@ def nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, Bon
     """
     n = len(places)
     if n <= count and not room.periodic.any():
-        raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
+        raise InputError(f"{count} neighbors are asked for, and there are {n - 1} others.")
     if n > count and not room.tilt:
         who = _nearest_images(room, places, count)
         last = np.stack([np.arange(n), who[:, -1]], axis=1)

@@ -23,7 +23,7 @@ from carom.scene.species import Contacts, contact_matrix, labels
 from carom.texts import counted
 from carom.theory import ball_volume
 
-#: Largest gap considered, over the contact distance: smaller than that of second neighbours in any dense
+#: Largest gap considered, over the contact distance: smaller than that of second neighbors in any dense
 #: lattice (0.41 in fcc), larger than that of any contact.
 REACH = 0.3
 

@@ -201,7 +201,7 @@ def _count(
     """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
 
     ``period`` is infinite along an axis with walls. If both hold the same particles, a pair of cells is
-    visited from the lower number. Indices are unsigned: a sign test would prevent vectorisation.
+    visited from the lower number. Indices are unsigned: a sign test would prevent vectorization.
     """
     # Stretches of memory near a cell: at most three for each column around, and the cell itself.
     begins = np.empty(3 * windows.size + 1, np.int64)

@@ -218,7 +218,7 @@ class PressureResult(OneNumber):
     reduced_pressure : Estimate
         P sigma^d / kT; in a mixture sigma is the largest diameter.
     contact_value : Estimate
-        g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle, and where the
+        g(sigma+) that Z implies, with g normalized by (n - 1) / V; nan for one particle, and where the
         particles are not ``simple``.
     Z_from_rate : Estimate
         Z from the collision rate omega, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``. It must

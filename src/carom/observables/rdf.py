@@ -82,7 +82,7 @@ def species_of(scene: Scene) -> np.ndarray | None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RDFResult(Binned):
-    """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
+    """A histogram of pair distances, normalized to 1 for an ideal gas of the same n particles.
 
     Parameters
     ----------

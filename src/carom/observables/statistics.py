@@ -251,7 +251,7 @@ def _blocked(x: np.ndarray, n: int, least: int) -> Estimate:
 def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
     """Return ``sum(a) / sum(b)`` over blocks of any lengths, whose b are positive, with its error.
 
-    The error is that of the linearised ratio (delta method), ``R + (a_k - R b_k) / mean(b)``, by blocking.
+    The error is that of the linearized ratio (delta method), ``R + (a_k - R b_k) / mean(b)``, by blocking.
     """
     a = np.asarray(numerators, dtype=np.float64)
     b = np.asarray(denominators, dtype=np.float64)

@@ -16,14 +16,14 @@ SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
 """Skins of the list to try [diameters]."""
 
 CHUNKS = (0, 8, 64)
-"""Sizes of chunks of pairs to try. A vectorised loop first finds the smallest distance in a chunk; only if it
+"""Sizes of chunks of pairs to try. A vectorized loop first finds the smallest distance in a chunk; only if it
 is short enough, the pairs are treated one by one. With 0 all pairs are, which is faster where many touch."""
 
 
 class ListedSpheres(ABC):
     """Equal spheres (n, d) in a periodic box, and the list of their pairs; a subclass moves them.
 
-    Compiled code has arrays (d, n), neighbours in space beside each other, and adds to the sums in ``tally``
+    Compiled code has arrays (d, n), neighbors in space beside each other, and adds to the sums in ``tally``
     (k,).
     """
 
@@ -61,7 +61,7 @@ class ListedSpheres(ABC):
 
     @property
     def positions(self) -> np.ndarray:
-        """Unwrapped centres (n, d) [length]."""
+        """Unwrapped centers (n, d) [length]."""
         return self._back(self._x + self._images * self.box[:, None])
 
     @property

@@ -65,14 +65,14 @@ class PairList:
 
 
 def order_in_cells(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return an order (n,) in which neighbours in space follow each other."""
+    """Return an order (n,) in which neighbors in space follow each other."""
     per_axis = max(int((len(positions) / 4.0) ** (1.0 / len(box))), 1)
     cells = np.minimum(np.floor(np.mod(positions, box) / box * per_axis), per_axis - 1).astype(np.int64)
     return np.argsort(np.ravel_multi_index(tuple(cells.T), (per_axis,) * len(box)), kind="stable")
 
 
 def _half(dimension: int) -> np.ndarray:
-    """Return the steps to one half of the neighbour cells; the other half is reached from those cells."""
+    """Return the steps to one half of the neighbor cells; the other half is reached from those cells."""
     around = list(itertools.product((-1, 0, 1), repeat=dimension))
     return np.array(around[len(around) // 2 + 1 :], dtype=np.int64).reshape(-1, dimension)
 

@@ -149,7 +149,7 @@ def _move(dimension: int) -> Any:
             for begin in range(0, pairs, size):
                 end = min(begin + size, pairs)
                 least = square
-                # This loop stores nothing, so that it is vectorised.
+                # This loop stores nothing, so that it is vectorized.
                 for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])

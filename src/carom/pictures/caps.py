@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 
 from carom import checks
+from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
 
 LIGHT = np.array([-0.45, 0.55, 0.70]) / math.sqrt(0.45**2 + 0.55**2 + 0.70**2)
 """Unit vector towards the light, in the axes of the picture: right, up, towards the eye."""
 
 GROUND = 0.42
-"""Grey of the sphere between the caps."""
+"""Gray of the sphere between the caps."""
 
-COLORS = (
-    (0.80, 0.80, 0.80), (0.77, 0.68, 0.84), (0.77, 0.68, 0.84), (0.53, 0.74, 0.87), (0.97, 0.76, 0.46),
-    (0.62, 0.83, 0.58), (0.91, 0.56, 0.53),
-)  # fmt: skip
-"""Colours of caps with 0, 1, 2, ... contacts."""
+COLORS = tuple(rgb(FACES[k]) for k in (5, 4, 4, 0, 1, 2, 3))
+"""Colors of caps with 0, 1, 2, ... contacts; the last one with more, too."""
+
+LEGEND = 9.0
+"""Size of the letters of the legend [points], of a picture of 700 pixels."""
 
 RIM = 0.96
 """Fraction of a cap's angular radius where its rim begins, which is darker."""
@@ -39,7 +40,7 @@ def caps(
     """Draw caps on the sphere S^2 from outside, with a line for every contact.
 
     The middles of the caps are unit vectors (n, 3); the ``radius`` is in degrees. The number of its
-    ``contacts`` (m, 2) gives a cap its color; rattlers are grey. ``view`` is the longitude and latitude of
+    ``contacts`` (m, 2) gives a cap its color, which a legend names. ``view`` is the longitude and latitude of
     the direction of view [degrees].
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -83,7 +84,24 @@ def caps(
         line[line[:, 2] < 0.0] = np.nan
         axes.plot(line[:, 0], line[:, 1], color="white", linewidth=1.6, alpha=0.9)
     axes.set_axis_off()
+    _legend(axes, counts, pixels)
     return saved(figure, path)
+
+
+def _legend(axes: Any, counts: np.ndarray, pixels: int) -> None:
+    """Say in a corner which color has how many contacts."""
+    from matplotlib.lines import Line2D
+
+    last = len(COLORS) - 1
+    names = {k: f"{k} contact{'s' * (k != 1)}" for k in range(last)} | {0: "rattler", last: f"{last} or more"}
+    size = LEGEND * pixels / 700
+    marks = [
+        Line2D([], [], marker="o", ls="none", ms=size, color=COLORS[k], label=names[k])
+        for k in np.unique(np.minimum(counts, last))
+    ]
+    axes.legend(
+        handles=marks, loc="lower left", fontsize=size, frameon=False, borderaxespad=0.2, handletextpad=0.2
+    )
 
 
 def _turn(longitude: float, latitude: float) -> np.ndarray:

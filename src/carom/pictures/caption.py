@@ -22,7 +22,7 @@ PIXELS = 26
 LEAST = 9
 GAP = 0.6  # between entries, in heights of letters
 
-Colour = tuple[float, float, float]
+Color = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Caption:
 
     width: int  # of the pictures [pixels]
     decimals: int | None  # of the time; None for six digits
-    entries: Sequence[tuple[Colour, str]] = ()
-    scale: np.ndarray | None = None  # colours (m, 3), drawn as a bar
+    entries: Sequence[tuple[Color, str]] = ()
+    scale: np.ndarray | None = None  # colors (m, 3), drawn as a bar
     ends: tuple[str, str] = ("", "")  # what stands before and behind the bar
 
     @property
@@ -72,24 +72,24 @@ class Caption:
             pen.text((right, y), self.ends[1], fill=INK, anchor="rm")
             start = right - high - GAP * letter - bar
             for k in range(int(bar)):
-                colour = self.scale[int(k / bar * len(self.scale))]
-                pen.line([(start + k, y - 0.4 * letter), (start + k, y + 0.4 * letter)], fill=_bytes(colour))
+                color = self.scale[int(k / bar * len(self.scale))]
+                pen.line([(start + k, y - 0.4 * letter), (start + k, y + 0.4 * letter)], fill=_bytes(color))
             pen.text((start - GAP * letter, y), self.ends[0], fill=INK, anchor="rm")
             return
         x = right
-        for colour, name in reversed(self.entries):
+        for color, name in reversed(self.entries):
             text = visible(name)
             start = x - pen.textlength(text) - 1.3 * letter
             if start < left:
                 return
             pen.text((x, y), text, fill=INK, anchor="rm")
             dot = (start, y - 0.5 * letter, start + letter, y + 0.5 * letter)
-            pen.ellipse(dot, fill=_bytes(colour))
+            pen.ellipse(dot, fill=_bytes(color))
             x = start - letter
 
 
-def _bytes(colour: Sequence[float]) -> tuple[int, ...]:
-    return tuple(round(255 * float(part)) for part in colour)
+def _bytes(color: Sequence[float]) -> tuple[int, ...]:
+    return tuple(round(255 * float(part)) for part in color)
 
 
 def decimals_of(first: float, last: float, count: int) -> int | None:

@@ -71,21 +71,21 @@ def draw_rods(axes: Axes, frame: Frame) -> None:
 
 def draw_disks(axes: Axes, frame: Frame) -> None:
     """2D: disks in the box; periodic copies of those that cross its border are pale."""
-    centres, owners, copies = _with_copies(frame)
+    centers, owners, copies = _with_copies(frame)
     radii = 0.5 * frame.diameters[owners]
-    _circles(axes, centres[copies], radii[copies], PALE_FACE, PALE_EDGE)
-    _circles(axes, centres[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
+    _circles(axes, centers[copies], radii[copies], PALE_FACE, PALE_EDGE)
+    _circles(axes, centers[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
     _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
 
 
 def draw_network(axes: Axes, network: PackingNetwork) -> None:
     """2D: a packing, its backbone's contacts as bonds, its rattlers dotted."""
     frame = network.frame
-    centres, owners, copies = _with_copies(frame)
+    centers, owners, copies = _with_copies(frame)
     radii, solid = 0.5 * frame.diameters[owners], network.backbone[owners]
     for here, face, edge in ((copies, "none", PALE_EDGE), (~copies, PALE_FACE, EDGE)):
-        _circles(axes, centres[here & solid], radii[here & solid], face, edge)
-        _circles(axes, centres[here & ~solid], radii[here & ~solid], "none", edge, linestyle=":")
+        _circles(axes, centers[here & solid], radii[here & solid], face, edge)
+        _circles(axes, centers[here & ~solid], radii[here & ~solid], "none", edge, linestyle=":")
     _bonds(axes, network, np.eye(2))
     _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
 
@@ -96,15 +96,15 @@ def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
 
     frame = network.frame
     plane = Camera.on(frame, SIZE).axes[:2].T
-    centre = 0.5 * np.asarray(frame.box)
+    center = 0.5 * np.asarray(frame.box)
     shapes = shapes_of(network.obstacles, np.asarray(frame.box), frame.periodic)
-    _circles(axes, (shapes.spheres[:, :3] - centre) @ plane, shapes.spheres[:, 3], SOLID, BORDER, alpha=0.6)
-    axes.add_collection(PolyCollection((shapes.triangles - centre) @ plane, facecolor=SOLID, alpha=0.3))
+    _circles(axes, (shapes.spheres[:, :3] - center) @ plane, shapes.spheres[:, 3], SOLID, BORDER, alpha=0.6)
+    axes.add_collection(PolyCollection((shapes.triangles - center) @ plane, facecolor=SOLID, alpha=0.3))
     lines = np.concatenate([[ends for ends, _ in edges_of(frame)], shapes.segments])
-    axes.add_collection(LineCollection((lines - centre) @ plane, color=BORDER, linewidth=0.9))
-    _bonds(axes, network, plane, centre)
+    axes.add_collection(LineCollection((lines - center) @ plane, color=BORDER, linewidth=0.9))
+    _bonds(axes, network, plane, center)
     loose = network.rattlers
-    flat = (frame.positions[loose] - centre) @ plane
+    flat = (frame.positions[loose] - center) @ plane
     _circles(axes, flat, 0.5 * frame.diameters[loose], "none", EDGE, linestyle=":")
     axes.set_aspect("equal")
     axes.set_axis_off()
@@ -139,15 +139,15 @@ def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> N
             line(shape.offset, color=BORDER, linewidth=2.0)
 
 
-def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:
+def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, center: np.ndarray | float = 0.0) -> None:
     """Draw the bonds of the backbone, from both ends, as they may cross the border."""
     from matplotlib.collections import LineCollection
 
     frame, held = network.frame, network.held
     starts, steps = network.bonds[held], network.vectors[held]
-    first = (frame.positions[starts[:, 0]] - centre) @ plane
+    first = (frame.positions[starts[:, 0]] - center) @ plane
     pairs = starts[:, 1] < frame.n
-    second = (frame.positions[starts[pairs, 1]] - centre) @ plane
+    second = (frame.positions[starts[pairs, 1]] - center) @ plane
     lines = [np.stack([first, first + steps @ plane], axis=1)]
     lines.append(np.stack([second, second - steps[pairs] @ plane], axis=1))
     # Thinner than a tenth of a disk, of which there is room for so many in the figure.
@@ -188,7 +188,7 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
 
 def _circles(
     axes: Axes,
-    centres: np.ndarray,
+    centers: np.ndarray,
     radii: np.ndarray,
     face: str | np.ndarray,
     edge: str,
@@ -202,7 +202,7 @@ def _circles(
         edge = "none"
     axes.add_collection(
         EllipseCollection(
-            2.0 * radii, 2.0 * radii, np.zeros(radii.size), units="xy", offsets=centres,
+            2.0 * radii, 2.0 * radii, np.zeros(radii.size), units="xy", offsets=centers,
             offset_transform=axes.transData, facecolor=face, edgecolor=edge, linewidth=0.5, alpha=alpha,
             linestyle=linestyle,
         )
@@ -212,7 +212,7 @@ def _circles(
 def _with_copies(frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return centers of disks and of copies that reach into the box, owners, and which are copies."""
     positions, edges, cell = upright(frame), np.asarray(frame.box), cell_of(frame)[:2, :2]
-    centres, owners, copies = [], [], []
+    centers, owners, copies = [], [], []
     index = np.arange(len(positions))
     turns = [(-1.0, 0.0, 1.0) if repeats else (0.0,) for repeats in frame.periodic]
     for shift in itertools.product(*turns):
@@ -220,10 +220,10 @@ def _with_copies(frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         outside = np.maximum(np.maximum(-moved, moved - edges), 0.0)
         near = np.linalg.norm(outside, axis=1) < 0.5 * frame.diameters
         kept = near if any(shift) else np.ones_like(near)
-        centres.append(moved[kept])
+        centers.append(moved[kept])
         owners.append(index[kept])
         copies.append(np.full(int(kept.sum()), any(shift)))
-    return np.concatenate(centres), np.concatenate(owners), np.concatenate(copies)
+    return np.concatenate(centers), np.concatenate(owners), np.concatenate(copies)
 
 
 def _box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tuple[bool, ...]) -> None:

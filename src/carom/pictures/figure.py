@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from carom.pictures.paper import SERIES
 
 
 class Picture(Figure):
@@ -14,6 +17,12 @@ class Picture(Figure):
     def __init__(self, width: float, height: float, dpi: float):
         super().__init__(figsize=(width, height), dpi=dpi, layout="constrained")
         FigureCanvasAgg(self)
+
+    def add_subplot(self, *places: Any, **settings: Any) -> Any:
+        """Add axes whose curves have the colors of the paper."""
+        axes = super().add_subplot(*places, **settings)
+        axes.set_prop_cycle(color=SERIES)
+        return axes
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()

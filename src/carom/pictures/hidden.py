@@ -16,15 +16,15 @@ FEW = 5000
 """Number of discs up to which all are drawn, which takes little time."""
 
 
-def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+def visible(centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Return which discs (n,), the last on top, show on a fine grid, or are too small for its points."""
     n = len(radii)
     if n <= FEW:
         return np.ones(n, dtype=bool)
     side = max(float(np.median(radii)) / FINE, math.sqrt(math.pi * float(np.sum(radii**2)) / MOST_POINTS))
-    x = (centres - (centres - radii[:, None]).min(axis=0)) / side
+    x = (centers - (centers - radii[:, None]).min(axis=0)) / side
     near = np.rint(x).astype(np.int64)
-    # Offset of the centre from the nearest point, and radius, in units of the grid.
+    # Offset of the center from the nearest point, and radius, in units of the grid.
     off, r = near - x, radii / side
     margin = int(r.max()) + 2
     row = int(near[:, 1].max()) + 2 * margin

@@ -14,7 +14,7 @@ import numpy as np
 
 from carom import checks
 from carom.bridges.embedding import embed, names_of
-from carom.bridges.palette import FACES, SEQUENTIAL, colours_of, rgb
+from carom.bridges.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -31,7 +31,7 @@ from carom.pictures.viewdata import FAST, SIX, psi_6
 if TYPE_CHECKING:
     from PIL import Image
 
-COLOURS = ("species", "speed", "psi_6", "rattlers")
+COLORS = ("species", "speed", "psi_6", "rattlers")
 SUFFIXES = (".mp4", ".gif")
 
 MOST_PER_SECOND = 50
@@ -98,8 +98,8 @@ def movie(
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target} has the suffix '{target.suffix}'; expected one of {', '.join(SUFFIXES)}.")
-    if color not in COLOURS:
-        raise InputError(f"color is {color!r}; expected one of {', '.join(COLOURS)}.")
+    if color not in COLORS:
+        raise InputError(f"color is {color!r}; expected one of {', '.join(COLORS)}.")
     fps = checks.integer(fps, "fps", low=1)
     gif = target.suffix.lower() == ".gif"
     if gif and fps > MOST_PER_SECOND:
@@ -134,11 +134,11 @@ def movie(
     def picture(k: int) -> np.ndarray:
         frame = source[k]
         try:
-            colours = _colours(frame, color, top, obstacles or ())
+            colors = _colors(frame, color, top, obstacles or ())
         except InputError as error:
-            raise InputError(f"Frame {k} has no colours by {color}: {error}") from None
+            raise InputError(f"Frame {k} has no colors by {color}: {error}") from None
         middle = 0.5 * embed(np.asarray(frame.box)[None])[0]
-        shown = rendered(frame, replace(camera, middle=middle), obstacles=obstacles or (), colours=colours)
+        shown = rendered(frame, replace(camera, middle=middle), obstacles=obstacles or (), colors=colors)
         return caption.under(shown, frame.time)
 
     with replacing(target) as temporary, writing(target):
@@ -170,14 +170,14 @@ def _spread(count: int) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, SHOWN).tolist()})
 
 
-def _colours(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
+def _colors(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
     """Return the colors (n, 3) of the spheres of a frame; None for the colors of species."""
     if color == "species":
         return None
     if color == "rattlers":
         backbone = network_of(frame, obstacles=obstacles).backbone
         if not backbone.any():
-            raise InputError("its neighbours hold no component in place, so this is no packing.")
+            raise InputError("its neighbors hold no component in place, so this is no packing.")
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
     if color == "speed":
         return _mixed(np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0))
@@ -205,12 +205,12 @@ def _caption(frame: Frame, color: str, top: float, width: int, decimals: int | N
         if frame.species is not None
         else ()
     )
-    return Caption(width, decimals, entries=list(zip(colours_of(len(names)), names, strict=True)))
+    return Caption(width, decimals, entries=list(zip(colors_of(len(names)), names, strict=True)))
 
 
 def _mixed(part: Any) -> np.ndarray:
     """Return the colors of speeds, in parts of that at the end of the scale."""
-    stops = np.array([rgb(colour) for colour in SEQUENTIAL])
+    stops = np.array([rgb(color) for color in SEQUENTIAL])
     places = np.linspace(0.0, 1.0, len(stops))
     return np.stack([np.interp(part, places, stops[:, channel]) for channel in range(3)], axis=-1)
 
@@ -249,7 +249,7 @@ def _palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 def _gif(path: Path, pictures: Iterable[np.ndarray], palette: Image.Image, count: int, fps: int) -> None:
     from PIL import Image
 
-    # One palette for all frames, so that colours do not flicker.
+    # One palette for all frames, so that colors do not flicker.
     images = (
         Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
     )

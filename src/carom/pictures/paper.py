@@ -14,11 +14,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Also readable without colour: one strong blue for data, greys and line styles for the rest.
+# Also readable without color: one strong blue for data, grays and line styles for the rest.
 INK = "#1f4e79"
+SERIES = (INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
+"""Of several curves, in their order; with more curves they repeat."""
 PALE = "#9dbbd8"
-GREY = "#555555"
+GRAY = "#555555"
 WARM = "#c0392b"
+THEORIES = ((WARM, "-"), ("#14888c", "--"), (GRAY, ":"), ("#7a3ea8", "-."))
+"""Color and line of each of several theories in one picture."""
 DPI = 160
 PIXELS = 100  # per inch, for pictures in 3D, which are drawn pixel by pixel
 TITLE = 10.5
@@ -27,6 +31,26 @@ TOP = 1.0  # height of a title in units of the axes; given, so that matplotlib d
 
 # Level of zlib: half of the time of its default, and files that differ by a tenth in size.
 PNG_LEVEL = 3
+
+
+def use() -> None:
+    """Take the colors of Carom's figures for all figures of this process: ``C0``, ``C1``, ... are theirs."""
+    import matplotlib
+    from cycler import cycler
+
+    matplotlib.rcParams["axes.prop_cycle"] = cycler(color=SERIES)
+
+
+def shade(number: int) -> str:
+    """Return the color of a curve by its number."""
+    return SERIES[number % len(SERIES)]
+
+
+def figure_of(width: float, height: float) -> Figure:
+    """Return a figure of a size in inches, without axes."""
+    from carom.pictures.importing import picture
+
+    return picture()(width, height, DPI)
 
 
 def sheet(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:

@@ -16,7 +16,21 @@ import numpy as np
 
 from carom import theory
 from carom.errors import InputError
-from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.pictures.paper import (
+    DPI,
+    GRAY,
+    INK,
+    PALE,
+    PIXELS,
+    THEORIES,
+    TITLE,
+    TOP,
+    WARM,
+    lay_out,
+    saved,
+    shade,
+    sheet,
+)
 from carom.scene.conversion import to_frame
 from carom.scene.description import particles
 from carom.scene.fields import standing
@@ -87,18 +101,18 @@ def pressure(
         stable = theory.is_stable_fluid(estimate.dimension, eta)
         fluid = estimate.simple and estimate.steady and stable
         equations = theory.equations(estimate.dimension) if fluid else {}
-    styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     shown = [z.mean]
     law = theory.crystal_finite_size_shift if estimate.solid else theory.finite_size_shift
-    for (name, equation), style in zip(equations.items(), styles * len(equations), strict=False):
+    looks = THEORIES * len(equations)
+    for (name, equation), (color, style) in zip(equations.items(), looks, strict=False):
         value = equation(eta) + law(eta, estimate.n, equation) if callable(equation) else equation
         shown.append(value)
         axes.axhline(
             value,
-            color=WARM,
+            color=color,
             linestyle=style,
-            linewidth=1.1,
-            zorder=3,
+            linewidth=1.3,
+            zorder=5,
             label=f"{label_of(name)}, {value:.4f}",
         )
     axes.set_xlim(0.0, time[-1])
@@ -131,24 +145,25 @@ def rdf(
     unit = distribution.diameter or 1.0
     r, g, error = distribution.r / unit, distribution.g, distribution.error
     edges = distribution.edges / unit
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     axes.fill_between(r, g - error, g + error, color=INK, alpha=0.25, linewidth=0, zorder=2)
     axes.plot(r, g, color=INK, linewidth=1.4, zorder=3)
     if edges[0] > 0.0:
         # g is zero below contact, and jumps at contact.
         axes.plot([0.0, edges[0], edges[0]], [0.0, 0.0, g[0]], color=INK, linewidth=1.4, zorder=3)
     axes.set_xlim(max(edges[0] - 0.15 * (edges[-1] - edges[0]), 0.0), edges[-1])
-    top = 1.12 * float(np.max(g + error))
+    # Of a bin that is all but empty the error says more of the bin than of g.
+    reach = np.where(error < g, g + error, g)
+    top = 1.12 * float(np.max(reach))
     if distribution.contact_value is not None:
         # The inset lies above the right half, from 0.4 of the height on.
-        far = (g + error)[edges[1:] > 0.5 * sum(axes.get_xlim())]
+        far = reach[edges[1:] > 0.5 * sum(axes.get_xlim())]
         top = max(top, float(np.max(far)) / 0.38)
     axes.set_ylim(0.0, top)
     axes.set_xlabel("distance r/σ" if distribution.diameter else "distance r")
     axes.set_ylabel("radial distribution function g(r)")
-    frames = f"{distribution.frames} frame{'s' if distribution.frames > 1 else ''}"
     state = _state(distribution.n, distribution.dimension, distribution.packing_fraction)
-    axes.set_title(f"{state}, {frames}", fontsize=TITLE, y=TOP)
+    axes.set_title(f"{state}, {counted(distribution.frames, 'frame')}", fontsize=TITLE, y=TOP)
     if distribution.contact_value is not None:
         _contact_inset(axes, distribution, contact_value)
     lay_out(figure, axes)
@@ -174,23 +189,19 @@ def partial_rdf(
     """
     if not distributions:
         raise InputError("There is no g(r), so there is nothing to draw.")
-    from matplotlib import colormaps
-
     figure, axes = sheet(7.0, 4.2)
     unit = max(found.diameter for found in distributions.values())
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     for k, (name, found) in enumerate(distributions.items()):
         r, g = found.r / unit, found.g
-        colour = colormaps["viridis"](k / len(distributions))
-        axes.fill_between(
-            r, g - found.error, g + found.error, color=colour, alpha=0.25, linewidth=0, zorder=2
-        )
+        color = shade(k)
+        axes.fill_between(r, g - found.error, g + found.error, color=color, alpha=0.25, linewidth=0, zorder=2)
         # g is zero below contact, and jumps at contact.
         contact = found.edges[0] / unit
         axes.plot(
             [contact, contact, *r],
             [0.0, g[0], *g],
-            color=colour,
+            color=color,
             linewidth=1.3,
             label=label_of(name),
             zorder=3,
@@ -368,9 +379,10 @@ def compression(
 
 
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
-    """Return number, kind and packing fraction of the particles, for a title."""
+    """Return number, kind and packing fraction, if they have one, of the particles, for a title."""
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
-    return f"{count} {particles(dimension, n)}, η = {packing_fraction:.4g}"
+    eta = f", η = {packing_fraction:.4g}" if packing_fraction else ""  # points fill nothing
+    return f"{count} {particles(dimension, n)}{eta}"
 
 
 def _text(estimate: Estimate) -> str:
@@ -410,16 +422,16 @@ def _contact_inset(axes: Axes, distribution: RDFResult, implied: Estimate | None
         markersize=4,
         linewidth=0.8,
     )
-    shown = [(fitted, "extrapolated", "D", INK, 0.0)]
+    shown = [(fitted, "extrapolated", "D", INK, 3.5)]
     if implied is not None and math.isfinite(implied.mean):
-        shown.append((implied, "from the pressure", "o", WARM, -0.012))
-    for value, name, marker, colour, shift in shown:
+        shown.append((implied, "from the pressure", "o", WARM, 8.0))
+    for value, name, marker, color, size in shown:
         error = value.error if math.isfinite(value.error) else 0.0
         inset.errorbar(
-            [1.0 + shift], [value.mean], [error], fmt=marker, color=colour, markersize=4.5,
-            markerfacecolor="white", capsize=2, label=f"{name} {_text(value)}",
+            [1.0], [value.mean], [error], fmt=marker, color=color, markersize=size,
+            markerfacecolor="none", capsize=2, label=f"{name} {_text(value)}",
         )  # fmt: skip
-    inset.set_xlim(0.97, 1.25)
+    inset.set_xlim(0.98, 1.25)
     inset.set_title("contact value g(σ⁺)", fontsize=8.5, y=TOP)
     inset.tick_params(labelsize=7.5)
     inset.legend(fontsize=7.5, frameon=False, loc="best", handletextpad=0.2)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carom.bridges.embedding import embed, upright
-from carom.bridges.palette import colours_of
+from carom.bridges.palette import colors_of
 from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
 from carom.pictures.hidden import visible
@@ -37,7 +37,7 @@ HALF = (-0.2406, 0.3369, 0.9103)
 NOBODY = -1
 
 Spheres = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Centres (n, 3), radii (n,) and colours (n, 3) of spheres, as float32."""
+"""Centers (n, 3), radii (n,) and colors (n, 3) of spheres, as float32."""
 
 Extents = tuple[np.ndarray, np.ndarray]
 """First column and row (n, 2) of each sphere in the buffer, and those after its last."""
@@ -88,33 +88,33 @@ def rendered(
     camera: Camera,
     *,
     obstacles: Sequence[Obstacle] = (),
-    colours: np.ndarray | None = None,
+    colors: np.ndarray | None = None,
     ground: np.ndarray = GROUND,
 ) -> np.ndarray:
     """Return a picture of a frame, (height, width, 3) uint8; one and two dimensions are seen from above.
 
-    Obstacles are drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`). ``colours`` (n,
+    Obstacles are drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`). ``colors`` (n,
     3) are red, green and blue from 0 to 1; by default those of the species.
     """
     fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
-    if colours is None:
+    if colors is None:
         kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
-        colours = np.array(colours_of(int(kinds.max()) + 1))[kinds]
+        colors = np.array(colors_of(int(kinds.max()) + 1))[kinds]
     shapes = shapes_of(obstacles if frame.dimension > 1 else (), frame.box, frame.periodic)
     places = np.concatenate([embed(upright(frame)), shapes.spheres[:, :3]])
     radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
-    tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
-    centres = fine.seen(places)
+    tints = np.concatenate([colors, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
+    centers = fine.seen(places)
     flat = frame.dimension < 3
-    order = np.argsort(centres[:, 2], kind="stable")
+    order = np.argsort(centers[:, 2], kind="stable")
     if not flat:
-        order = order[visible(centres[order, :2], radii[order])]
+        order = order[visible(centers[order, :2], radii[order])]
     # Near spheres come first, so that the pixels that they hide are rejected early.
     order = order[::-1]
-    centres, radii, tints = centres[order], radii[order], tints[order]
-    spheres = centres.astype(np.float32), radii.astype(np.float32), tints
+    centers, radii, tints = centers[order], radii[order], tints[order]
+    spheres = centers.astype(np.float32), radii.astype(np.float32), tints
     squares = (radii**2).astype(np.float32)
-    extents = np.floor(centres[:, :2] - radii[:, None]), np.ceil(centres[:, :2] + radii[:, None]) + 1
+    extents = np.floor(centers[:, :2] - radii[:, None]), np.ceil(centers[:, :2] + radii[:, None]) + 1
     faces = [fine.seen(corners) for corners in shapes.triangles]
     ink = INK if ground.mean() > 0.5 else CHALK
     lines = [(fine.seen(ends), wide) for ends, wide in edges_of(frame)]
@@ -143,7 +143,7 @@ def _mean(image: np.ndarray) -> np.ndarray:
 
 
 def _nearest(
-    centres: np.ndarray, squares: np.ndarray, extents: Extents, camera: Camera, top: int
+    centers: np.ndarray, squares: np.ndarray, extents: Extents, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the nearest sphere at each pixel of a band, or NOBODY, and its depth, or -inf."""
     bottom = min(top + BAND, camera.height)
@@ -160,9 +160,9 @@ def _nearest(
         if not len(x) or not len(y):
             continue
         before = depth[upper:lower, left:right]
-        height = squares[k] - ((x - centres[k, 0]) ** 2 + ((y - centres[k, 1]) ** 2)[:, None])
+        height = squares[k] - ((x - centers[k, 0]) ** 2 + ((y - centers[k, 1]) ** 2)[:, None])
         inside = height > 0.0
-        near = centres[k, 2] + np.sqrt(np.maximum(height, 0.0))
+        near = centers[k, 2] + np.sqrt(np.maximum(height, 0.0))
         inside &= near > before
         np.copyto(before, near, where=inside)
         np.copyto(owner[upper:lower, left:right], k, where=inside)
@@ -189,8 +189,8 @@ def _shaded(
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
         """Return the colors (m, 3) of points of the spheres ``who`` at the depths ``near``."""
-        centres, radii, tints = (each[who] for each in spheres)
-        x, y = (columns - centres[:, 0]) / radii, (centres[:, 1] - rows) / radii  # [radii]
+        centers, radii, tints = (each[who] for each in spheres)
+        x, y = (columns - centers[:, 0]) / radii, (centers[:, 1] - rows) / radii  # [radii]
         if flat:
             return _inked(x, y, radii, tints)
         shade = _lit(x, y, tints)
@@ -204,11 +204,11 @@ def _shaded(
     rows, columns = np.nonzero(whole)
     middle = np.float32(0.5 * FINE)
     near = depth[::FINE, ::FINE][rows, columns]
-    colour = lit(FINE * rows.astype(np.float32) + (top + middle), FINE * columns.astype(np.float32) + middle,
+    color = lit(FINE * rows.astype(np.float32) + (top + middle), FINE * columns.astype(np.float32) + middle,
                  parts[0][rows, columns], near)  # fmt: skip
     for row in range(FINE):
         for column in range(FINE):
-            image[row::FINE, column::FINE][rows, columns] = colour
+            image[row::FINE, column::FINE][rows, columns] = color
     rest = (owner != NOBODY) & ~whole.repeat(FINE, axis=0).repeat(FINE, axis=1)
     rows, columns = np.nonzero(rest)
     half = np.float32(0.5)

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.pictures import plots
-from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.pictures.paper import GRAY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, shade, sheet
 from carom.texts import axis_name, label as label_of
 
 if TYPE_CHECKING:
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
         WallPressureResult,
     )
     from carom.observables.statistics import Estimate
-
-COLORS = (INK, WARM, GREY, PALE)
-"""Of several curves in one picture."""
 
 
 def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
@@ -96,8 +93,8 @@ def _shear_moduli(axes: Axes, result: ShearModuliResult) -> None:
     parts = (result.storage, result.loss)
     for k, each in enumerate(parts):
         error = each.error if np.isfinite(each.error) else 0.0
-        axes.errorbar([k], [each.mean], [error], fmt="o", color=COLORS[k], capsize=3)
-    axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
+        axes.errorbar([k], [each.mean], [error], fmt="o", color=SERIES[k], capsize=3)
+    axes.axhline(0.0, color=GRAY, linestyle=":", linewidth=0.8)
     axes.set_xticks(range(len(parts)), ["storage $G'$", "loss $G''$"])
     axes.set(xlabel=f"frequency {result.frequency:.4g}, strain {result.strain:.4g}", ylabel="shear modulus")
 
@@ -113,8 +110,8 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
             color=INK if a == b else WARM,
             capsize=3,
         )
-    axes.axhline(result.pressure.mean, color=GREY, linestyle="--", linewidth=0.9)
-    axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
+    axes.axhline(result.pressure.mean, color=GRAY, linestyle="--", linewidth=0.9)
+    axes.axhline(0.0, color=GRAY, linestyle=":", linewidth=0.8)
     axes.set_xticks(range(len(pairs)), [axis_name(a) + axis_name(b) for a, b in pairs])
     axes.set(xlabel="axes a, b", ylabel="pressure tensor $P_{ab}$")
 
@@ -122,13 +119,13 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
 def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
     across = [a for a in range(result.dimension) if a != result.axis]
     for k, a in enumerate((result.axis, *across)):
-        label, color = f"$P_{{{2 * axis_name(a)}}}$", COLORS[k % len(COLORS)]
+        label, color = f"$P_{{{2 * axis_name(a)}}}$", shade(k)
         _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
     axes.set(xlabel=axis_name(result.axis), ylabel="pressure tensor $P_{aa}$")
 
 
 def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
-    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axhline(1.0, color=GRAY, linewidth=0.8, linestyle=":")
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
     axes.errorbar(result.k, result.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
     axes.set_xlim(left=0.0)
@@ -165,7 +162,7 @@ def _bond_order(axes: Axes, result: BondOrderResult) -> None:
     if not seen.any():
         raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
     _curve(axes, result.middle[seen], result.correlation[seen], result.correlation_error[seen])
-    axes.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axhline(0.0, color=GRAY, linewidth=0.8, linestyle=":")
     axes.set(xlabel="distance r", ylabel="correlation of local orders")
 
 
@@ -189,7 +186,7 @@ def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
 
 def _distribution(axes: Axes, result: Distribution) -> None:
     _curve(axes, result.middle, result.density, result.error)
-    axes.axvline(result.mean.mean, color=GREY, linestyle="--", linewidth=0.9)
+    axes.axvline(result.mean.mean, color=GRAY, linestyle="--", linewidth=0.9)
     axes.set(xlabel=f"value, mean {result.mean.value_text.replace('+-', '±')}", ylabel="probability density")
 
 
@@ -197,7 +194,7 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
     for k, each in enumerate(result.free_time):
         label = f"species {k}" if len(result.free_time) > 1 else ""
         seen = each.density > 0.0
-        color = COLORS[k % len(COLORS)]
+        color = shade(k)
         _curve(axes, each.middle[seen], each.density[seen], each.error[seen], label, color)
         # What the density were if a collision did not know when the last one was.
         rate = float(result.collision_rate[k])

@@ -152,27 +152,27 @@ def _flat(corners: Any) -> np.ndarray:
     return np.pad(np.array(corners, dtype=float), ((0, 0), (0, 1)))
 
 
-def _circle(centre: np.ndarray, radius: float, a: int, b: int) -> np.ndarray:
+def _circle(center: np.ndarray, radius: float, a: int, b: int) -> np.ndarray:
     """Return a circle around ``center`` in the plane of the axes a and b, (ROUND, 2, 3)."""
     angles = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
-    points = np.tile(centre, (ROUND + 1, 1))
+    points = np.tile(center, (ROUND + 1, 1))
     points[:, a] += radius * np.cos(angles)
     points[:, b] += radius * np.sin(angles)
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _globe(centre: np.ndarray, radius: float) -> list[np.ndarray]:
+def _globe(center: np.ndarray, radius: float) -> list[np.ndarray]:
     """Return circles of latitude and of longitude."""
     rings = []
     for height in (-0.8, -0.5, 0.0, 0.5, 0.8):
-        level = centre + height * radius * np.eye(3)[2]
+        level = center + height * radius * np.eye(3)[2]
         rings.append(_circle(level, radius * math.sqrt(1.0 - height**2), 0, 1))
     meridian = _circle(np.zeros(3), radius, 0, 2)
     for angle in np.linspace(0.0, math.pi, 6, endpoint=False):
         turned = meridian.copy()
         turned[..., 0] = meridian[..., 0] * math.cos(angle)
         turned[..., 1] = meridian[..., 0] * math.sin(angle)
-        rings.append(turned + centre)
+        rings.append(turned + center)
     return rings
 
 
@@ -181,9 +181,9 @@ def _tube(shape: outlines.HollowCylinder, box: np.ndarray) -> list[np.ndarray]:
     across = [axis for axis in range(3) if axis != shape.axis]
     parts, rings = [], []
     for level in np.linspace(0.0, float(box[shape.axis]), 5):
-        centre = _in_space(shape.center)
-        centre[shape.axis] = level
-        rings.append(_circle(centre, shape.radius, *across))
+        center = _in_space(shape.center)
+        center[shape.axis] = level
+        rings.append(_circle(center, shape.radius, *across))
     parts += rings
     every = ROUND // 12
     parts.append(np.stack([rings[0][::every, 0], rings[-1][::every, 0]], axis=1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import warnings
@@ -42,7 +43,7 @@ MARK = '<meta name="generator" content="Carom">'
 SCRIPTS = tuple(
     f"{name}.js"
     for name in (
-        "data", "state", "places", "hexatic", "colours", "camera", "visible", "shaders", "rings", "drawing",
+        "data", "state", "places", "hexatic", "colors", "camera", "visible", "shaders", "rings", "drawing",
         "overlay", "chosen", "saving", "hands", "main",
     )
 )  # fmt: skip
@@ -110,6 +111,8 @@ def view(
     *,
     obstacles: Sequence[Obstacle] | None = None,
     collisions: int | None = None,
+    begin: float | None = None,
+    end: float | None = None,
     title: str | None = None,
     interaction: Interaction | None = None,
     motion: Motion | None = None,
@@ -129,7 +132,10 @@ def view(
         Obstacles to draw; by default those of the scene, if the source contains it, or of the run in whose
         folder the trajectory lies. Of an event log all obstacles, in order, if one is of your own class.
     collisions : int, optional
-        Number of collisions to show of an event log; by default 20 000.
+        Largest number of collisions to show of an event log; by default 20 000.
+    begin, end : float, optional
+        Times between which to show [time since the start of the run]. By default all frames; of an event log
+        from where the measurement of the run in whose folder it lies begins, otherwise from 0.
     title : str, optional
         Title of the page.
     interaction, motion, impact, drive : values, optional
@@ -144,7 +150,8 @@ def view(
     Raises
     ------
     InputError
-        If the source cannot be shown: no frames, more than three dimensions; or ``collisions`` is below 1.
+        If the source cannot be shown: no frames, more than three dimensions; if ``collisions`` is below 1, or
+        nothing happens between ``begin`` and ``end``.
     FileError
         If a file cannot be read or written, or a value of your own class is needed and not given.
 
@@ -156,8 +163,9 @@ def view(
     """
     if collisions is not None:
         collisions = checks.integer(collisions, "collisions", low=1)
+    times = _times(begin, end)
     own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
-    data, name = _data(source, obstacles, collisions, own)
+    data, name = _data(source, obstacles, collisions, times, own)
     shown = View(data, title or name)
     if path is not None:
         shown.save(path)
@@ -168,6 +176,7 @@ def _data(
     source: Any,
     obstacles: Sequence[Obstacle] | None,
     collisions: int | None,
+    times: tuple[float | None, float],
     own: dict[str, Any],
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a page and its title."""
@@ -177,7 +186,7 @@ def _data(
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
-        return _of_path(Path(source), obstacles, collisions, own)
+        return _of_path(Path(source), obstacles, collisions, times, own)
     network = source if isinstance(source, PackingNetwork) else getattr(source, "network", None)
     if isinstance(network, PackingNetwork):
         return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
@@ -194,7 +203,7 @@ def _data(
             f"There is nothing to show in a {type(source).__name__}; expected a path, a Frame or several, a "
             "Reader, a Packing, a Scene or a Simulation."
         )
-    data = viewdata.of_frames(frames, obstacles or ())
+    data = viewdata.of_frames(_between(frames, times), obstacles or ())
     return data, f"{frames[0].n} {particles(frames[0].dimension, frames[0].n)}"
 
 
@@ -202,6 +211,7 @@ def _of_path(
     path: Path,
     obstacles: Sequence[Obstacle] | None,
     collisions: int | None,
+    times: tuple[float | None, float],
     own: dict[str, Any],
 ) -> tuple[dict[str, Any], str]:
     """Return the data and the title of a file, or of a file in a folder."""
@@ -220,10 +230,20 @@ def _of_path(
         # A replay draws straight flights; of other motions the frames are shown, if there are none those of
         # the collisions.
         limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
-        if getattr(run.scene.motion, "straight", True):
-            return viewdata.of_replay(run, limit), _title(path)
-        if not others:
-            return viewdata.of_frames(viewdata.at_collisions(run, limit), standing(run.scene)), _title(path)
+        straight = getattr(run.scene.motion, "straight", True)
+        if straight or not others:
+            measured = _measured_from(path)
+            begin = measured if times[0] is None else times[0]
+            run.advance_to(begin)
+            if straight:
+                data = viewdata.of_replay(run, limit, times[1])
+            else:
+                frames = viewdata.at_collisions(run, limit, times[1])
+                data = viewdata.of_frames(frames, standing(run.scene))
+            data["notes"].insert(
+                0, f"from t = {begin:.6g}" + ", where the measurement begins" * (0.0 < measured == begin)
+            )
+            return data, _title(path)
         path = others[0]
     if path.name == "packing.h5md":
         from carom.observables.packing import network_of
@@ -235,7 +255,44 @@ def _of_path(
     with open_reader(path) as reader:
         if obstacles is None and len(reader):
             obstacles = standing_beside(path, reader[0])
-        return viewdata.of_frames(reader, obstacles or ()), _title(path)
+        return viewdata.of_frames(_between(reader, times), obstacles or ()), _title(path)
+
+
+def _times(begin: float | None, end: float | None) -> tuple[float | None, float]:
+    """Return the times between which is shown, checked: the first is None by default."""
+    until = math.inf if end is None else checks.number(end, "end", low=0.0)
+    if begin is not None and checks.number(begin, "begin", low=0.0) > until:
+        raise InputError(
+            f"begin is {begin:g} and end {until:g}; expected an end that is not before the begin."
+        )
+    return begin, until
+
+
+def _between(frames: Any, times: tuple[float | None, float]) -> Any:
+    """Return the frames between two times; all of them, not yet read, if there are no limits."""
+    begin, end = times
+    if begin is None and math.isinf(end):
+        return frames
+    kept = [frame for frame in frames if (begin or 0.0) <= frame.time <= end]
+    if frames and not kept:
+        raise InputError(
+            f"No frame lies between t = {begin or 0.0:g} and {end:g}; expected times from that of the first, "
+            f"{frames[0].time:g}, and of the last, {frames[-1].time:g}."
+        )
+    return kept
+
+
+def _measured_from(log: Path) -> float:
+    """Return when the measurement of the run in whose folder a ``log`` lies begins; 0 if that is not known.
+
+    Its frames are taken at equal intervals, the first one interval after the beginning.
+    """
+    for path in (log.parent / name for name in FRAMES):
+        if path.exists() and (log.parent / "scene.toml").exists():
+            with open_reader(path) as reader:
+                if len(reader) > 1:
+                    return max(2.0 * reader[0].time - reader[1].time, 0.0)
+    return 0.0
 
 
 def _title(path: Path) -> str:

@@ -33,7 +33,7 @@ are kept."""
 MOST_COLLISIONS = 20_000
 """Default number of collisions of a replay, from the first one on."""
 
-EMPTY = "This log holds no collision, so there is nothing to replay."
+EMPTY = "This log holds no collision in the time that is asked for, so there is nothing to replay."
 
 GONE = 255
 """Kind of a unit that was removed."""
@@ -41,7 +41,7 @@ GONE = 255
 NOBODY = -1
 """Partner of a particle that met a wall or an obstacle."""
 
-SIX = 6  # neighbours that psi_6 is computed from
+SIX = 6  # neighbors that psi_6 is computed from
 
 FAST = 2.5
 """Speed at the end of the color scale [root mean square speeds]."""
@@ -158,20 +158,21 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
     return data
 
 
-def at_collisions(run: Replay, collisions: int) -> list[Frame]:
-    """Return the frames of a logged run at its beginning and after each event, as many as a page holds."""
+def at_collisions(run: Replay, collisions: int, end: float = math.inf) -> list[Frame]:
+    """Return the frames of a logged run now and after each event until ``end``, as many as a page holds."""
     frames = [run.frame()]
     most = min(collisions + 1, max(MOST_PLACES // frames[0].n, 2))
-    while len(frames) < most and run.step():
+    while len(frames) < most and run.step() and run.time <= end:
         frames.append(run.frame())
     if len(frames) == 1:
         raise InputError(EMPTY)
     return frames
 
 
-def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
-    """Return the data of a logged run: position and velocity of each particle after each of its events."""
+def of_replay(run: Replay, collisions: int, end: float = math.inf) -> dict[str, Any]:
+    """Return the data of a logged run from now on: place and velocity of each particle after each event."""
     frame = run.frame()
+    begin = frame.time
     data = _common(frame, standing(run.scene))
     n, velocities = frame.n, frame.velocities
     owners, times, partners = [np.arange(n)], [np.full(n, frame.time)], [np.full(n, NOBODY)]
@@ -180,7 +181,8 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     kinds = nobody if run.decided is None else run.decided
     became = [kinds]
     contacts: list[float] = []
-    while len(contacts) < collisions and run.step():
+    goes_on = False
+    while (goes_on := run.step() and run.time <= end) and len(contacts) < collisions:
         frame = run.frame()
         now = nobody if run.decided is None else run.decided
         met = np.flatnonzero((frame.velocities != velocities).any(axis=1) | (now != kinds))
@@ -194,11 +196,11 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         contacts.append(frame.time)
     if not contacts:
         raise InputError(EMPTY)
-    if run.step():
+    if goes_on:
         data["notes"].append(f"the log goes on after these {counted(len(contacts), 'collision')}")
     owner, time = np.concatenate(owners), np.concatenate(times)
     order = np.lexsort((time, owner))
-    flight = contacts[-1] / max(len(contacts), 1) * n / 2.0
+    flight = (contacts[-1] - begin) / len(contacts) * n / 2.0
     data["replay"] = {
         "starts": _packed(np.searchsorted(owner[order], np.arange(n + 1)), "i4"),
         "times": _packed(time[order], "f8"),

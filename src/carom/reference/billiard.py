@@ -117,7 +117,7 @@ class Billiard:
         """Time of the next collision of two particles by themselves, or NEVER.
 
         The particles have `state1` at `time1` and `state2` at `time2`. With sectors the time is also NEVER
-        for particles that are not in the same or in neighbouring sectors.
+        for particles that are not in the same or in neighboring sectors.
         """
         time = max(time1, time2)
         x1 = state1.position + state1.velocity * (time - time1)

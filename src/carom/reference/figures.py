@@ -80,7 +80,7 @@ class Scheduled(NamedTuple):
 
 
 class _Figure:
-    """Base class of both figures: the arrays, the minimisations, the invariants.
+    """Base class of both figures: the arrays, the minimizations, the invariants.
 
     Parameters
     ----------
@@ -148,8 +148,8 @@ class _Figure:
         """Whether the pending event of j is the second half of a collision that i has processed."""
         raise NotImplementedError
 
-    def _minimise(self, i: int) -> tuple[Any, int, Any, int]:
-        """P and j*, Q and k*: the two minimisations, with the smallest index where times are equal."""
+    def _minimize(self, i: int) -> tuple[Any, int, Any, int]:
+        """P and j*, Q and k*: the two minimizations, with the smallest index where times are equal."""
         best_p, j_star, best_q, k_star = NEVER, 0, NEVER, 0
         for j in self.balls:
             if j == i or (1 in self.amendments and self._settled(i, j)):
@@ -290,7 +290,7 @@ class Figure1(_Figure):
         new[i] = old[i]  # line 3
         old[i] = 3 - new[i]
         kind = self._kind(i, crossed)
-        p, j, q, k = self._minimise(i)  # lines 4, 5
+        p, j, q, k = self._minimize(i)  # lines 4, 5
         r = min(p, q)  # line 6
         time[i][new[i]] = r
         j_star = m_star = None
@@ -387,7 +387,7 @@ class Figure2(_Figure):
             kind = self._count(i, "second half")
         new[i] = old[i]  # line 13
         old[i] = 3 - new[i]
-        p, j, q, k = self._minimise(i)  # lines 14, 15
+        p, j, q, k = self._minimize(i)  # lines 14, 15
         r = min(p, q)  # line 16
         time[i][new[i]] = r
         j_star = m_star = None

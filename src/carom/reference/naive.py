@@ -24,7 +24,7 @@ _LOOKAHEAD = 8.0
 
 
 class Collision(NamedTuple):
-    """One realised collision.
+    """One realized collision.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class NaiveSystem:
         return (self._v * self.masses[:, None]).sum(axis=0)
 
     def step(self, until: Any = math.inf) -> Collision | None:
-        """Advance to the next collision and realise it.
+        """Advance to the next collision and realize it.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class NaiveSystem:
             return None
         recent = float(meeting.delay)
         self._guess = _LOOKAHEAD * recent if recent > 0 else math.inf
-        return self._realised(meeting)
+        return self._realized(meeting)
 
     def _next(self, limit: Any) -> Meeting | None:
         """Return the next meeting within a time."""
@@ -182,7 +182,7 @@ class NaiveSystem:
             self._x, self._v, self._contacts(), self.box, self.arithmetic, limit=limit, guess=self._guess
         )
 
-    def _realised(self, meeting: Meeting) -> Collision:
+    def _realized(self, meeting: Meeting) -> Collision:
         """Advance all to the meeting of two, and let their velocities jump."""
         # The image is that of unwrapped positions, which do not change if the advance wraps the spheres.
         image = np.array(meeting.image) + self._crossings[meeting.i] - self._crossings[meeting.j]
@@ -203,15 +203,15 @@ class NaiveSystem:
         (target,) = self.arithmetic.array([time], "time")
         if target < self.time:
             raise InputError(f"time is {time}, but the system is at {self.time} already and cannot go back.")
-        realised = []
+        realized = []
         while (collision := self.step(until=target)) is not None:
-            realised.append(collision)
+            realized.append(collision)
         self._advance(target - self.time)
         self.time = target
-        return realised
+        return realized
 
     def __iter__(self) -> Iterator[Collision]:
-        """Realise one collision after the other, until there is never another one."""
+        """Realize one collision after the other, until there is never another one."""
         while (collision := self.step()) is not None:
             yield collision
 

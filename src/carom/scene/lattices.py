@@ -32,7 +32,7 @@ class Lattice:
     name: str  # e.g. "fcc"
     basis: tuple[tuple[float, ...], ...]  # points of one cell, in units of its edges
     shape: tuple[float, ...]  # edges of the cell, the first being 1
-    nearest: float  # distance of nearest neighbours, in first edges
+    nearest: float  # distance of nearest neighbors, in first edges
 
     @property
     def dimension(self) -> int:
@@ -41,7 +41,7 @@ class Lattice:
 
     @property
     def limit(self) -> float:
-        """Packing fraction at which nearest neighbours touch."""
+        """Packing fraction at which nearest neighbors touch."""
         return packing_fraction(len(self.basis), self.shape, self.nearest)
 
     def edge(self, density: float) -> float:

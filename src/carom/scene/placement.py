@@ -86,10 +86,10 @@ def default_fraction(dimension: int) -> float:
 def random_positions(
     room: Room, contacts: Contacts, rng: np.random.Generator, kinds: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return centres (n, d) without overlap, each of ``kinds`` sorted in space (:func:`ordered`).
+    """Return centers (n, d) without overlap, each of ``kinds`` sorted in space (:func:`ordered`).
 
     For additive rods (d = 1) this is the exact equilibrium: in random order, with the gaps of n points thrown
-    on the free length. For d >= 2 points are thrown, and overlapping pairs moved apart along their centre
+    on the free length. For d >= 2 points are thrown, and overlapping pairs moved apart along their center
     line: a valid start, no equilibrium. That took 40 steps at packing fraction 0.3, some 200 at 0.54 (d = 3).
     If sizes differ by a factor of 2 or more, the largest are placed first.
     """
@@ -130,7 +130,7 @@ def random_positions(
 def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.ndarray:
     """Return the same positions (n, d), with those of each kind (n,) sorted in space.
 
-    Neighbours in space are then neighbours in memory: a million spheres run up to a fifth faster.
+    Neighbors in space are then neighbors in memory: a million spheres run up to a fifth faster.
     """
     n, dimension = positions.shape
     # Cells of about eight positions, in blocks of four cells along each axis.
@@ -147,18 +147,18 @@ def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.nda
 
 
 def _rods(room: Room, contacts: Contacts, rng: np.random.Generator) -> np.ndarray:
-    """Return the centres (n, 1) of rods on a line, in equilibrium."""
+    """Return the centers (n, 1) of rods on a line, in equilibrium."""
     n, edge = len(contacts.diameters), float(room.box[0])
     order = np.arange(n)
     if len(np.unique(contacts.diameters)) > 1:
         order = rng.permutation(n)
     lengths = contacts.diameters[order]
     gaps = np.sort(rng.random(n)) * (edge - float(lengths.sum()))
-    centres = np.empty((n, 1))
-    centres[order, 0] = gaps + np.cumsum(lengths) - 0.5 * lengths
+    centers = np.empty((n, 1))
+    centers[order, 0] = gaps + np.cumsum(lengths) - 0.5 * lengths
     if room.periodic[0]:
-        centres += rng.random() * edge
-    return room.wrapped(centres)
+        centers += rng.random() * edge
+    return room.wrapped(centers)
 
 
 def _thrown(

@@ -1,6 +1,6 @@
 """Velocities of Maxwell's distribution, and the temperature of velocities.
 
-Temperature is twice the kinetic energy about the motion of the centre of mass, per degree of freedom. That
+Temperature is twice the kinetic energy about the motion of the center of mass, per degree of freedom. That
 motion counts only along axes where momentum is not conserved (walls). All of Carom uses this.
 """
 
@@ -81,7 +81,7 @@ def degrees_of_freedom(scene: Scene) -> int:
 
 
 def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
-    """Return velocities (n, d) about that of the centre of mass, where the momentum is conserved.
+    """Return velocities (n, d) about that of the center of mass, where the momentum is conserved.
 
     A drift is subtracted together with its rounding: equal velocities leave exactly zero.
     """
@@ -106,7 +106,7 @@ class Thermal(NamedTuple):
     masses: np.ndarray  # of each component, (n,) [mass]
     velocities: np.ndarray  # of each component, (n, d) [length / time]
     peculiar: np.ndarray
-    """Velocities about that of the centre of mass, (n, d) [length / time]: :func:`peculiar`."""
+    """Velocities about that of the center of mass, (n, d) [length / time]: :func:`peculiar`."""
 
     @property
     def drift(self) -> float:
@@ -127,7 +127,7 @@ def thermal_of(scene: Scene, velocities: np.ndarray) -> Thermal:
 
 
 def temperature(scene: Scene, velocities: np.ndarray) -> float:
-    """Return kT [energy]: twice the energy about the centre of mass over :func:`degrees_of_freedom`."""
+    """Return kT [energy]: twice the energy about the center of mass over :func:`degrees_of_freedom`."""
     return thermal_of(scene, velocities).kT
 
 

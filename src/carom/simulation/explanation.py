@@ -87,7 +87,7 @@ class Explanation:
             "Not there",
             "  " + ", ".join(self.absent) if self.absent else "  (nothing is left out)",
         ]
-        lines += ["", "Neighbours", f"  {self.neighbors}"]
+        lines += ["", "Neighbors", f"  {self.neighbors}"]
         lines += ["", f"Arrays: {self.bytes_per_particle:.4g} bytes a particle"]
         lines += [
             f"  {array.nbytes / self.n:10.4g}  {array.name:<26} {array.shape} {array.dtype}"
@@ -181,7 +181,7 @@ def _explanation(
         models["swaps"] = f"{swaps.attempts} tried a particle at every {swaps.interval:g}"
     if barostat is not None:
         models["barostat"] = f"pressure {barostat.pressure:g}, a move at every {barostat.interval:g}"
-    models["neighbours"] = type(engine.neighbors).__name__
+    models["neighbors"] = type(engine.neighbors).__name__
     missing = {
         "diameters of their own": system.radii is None,
         "masses of their own": system.radii is None,
@@ -225,7 +225,7 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
         if isinstance(value, np.ndarray):
             fields = value.dtype.names
             kind = f"({', '.join(fields)}), {value.dtype.itemsize} bytes" if fields else str(value.dtype)
-            # The neighbour scheme and the boundary may hold the same array.
+            # The neighbor scheme and the boundary may hold the same array.
             found.setdefault(
                 value.__array_interface__["data"][0], Array(name, value.shape, kind, value.nbytes)
             )

@@ -156,7 +156,7 @@ class Replay:
 
     @property
     def collisions(self) -> int:
-        """Pair collisions realised so far."""
+        """Pair collisions realized so far."""
         return self._tally.collisions
 
     @property

@@ -30,7 +30,7 @@ MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
 END, GROWTH, CALL = "end", "growth", "call"
-"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called; or
+"""Why the engine has to return at a time: the run ends, neighbors are chosen anew, something is called; or
 one of ``MOVES``.
 """
 

@@ -83,7 +83,7 @@ def spins_of(model: Any, unit: TimeUnit) -> np.ndarray | None:
 class RunState:
     """The engine of a scene, its clock, and what they were made for.
 
-    ``velocities`` are those at the start; ``requested`` is a neighbour scheme and reach, for which ``scheme``
+    ``velocities`` are those at the start; ``requested`` is a neighbor scheme and reach, for which ``scheme``
     is chosen if left out. Collisions before the clock's base are ``counted``. ``start`` has energy and
     momentum at the start, ``seconds`` the wall time in the engine, ``budget`` the cycles a call, ``pace``
     whether memory is asked for ahead. ``steps`` has pairs and their steps for the next lists, or None.
@@ -343,7 +343,7 @@ class RunState:
         rates: np.ndarray | None = None,
         move: tuple[Fraction, dict[str, Any]] | None = None,
     ) -> None:
-        """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
+        """Choose the neighbor scheme anew, for the diameters of the present, and schedule everything.
 
         ``velocities`` (n, d) and ``rates`` of the radii (n,) may be new. ``move`` is when a move was due
         [time], and the attributes that it changed: a scene in another box, a stage, how far moves are.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from carom.declared import Declared, described, number, option, switch, word
 from carom.meant import corrected
 
-Requested = tuple[str, float | None]  # the neighbour scheme that was asked for, and the reach of its lists
+Requested = tuple[str, float | None]  # the neighbor scheme that was asked for, and the reach of its lists
 
 
 @described

@@ -16,21 +16,39 @@ from carom.texts import html
 from carom.version import __version__
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
+:root { color-scheme: light dark; --ink: #1d2733; --ground: #ffffff; --line: #d5dbe1; --rule: #8a949e;
+  --pane: #f3f5f7; --flag: #fdecea; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e6e6e6; --ground: #131416; --line: #33383f; --rule: #6b747d; --pane: #1d2024;
+    --flag: #4a2422; }
+  /* Pictures have no ground: black ink turns white, and hues stay. */
+  img { filter: invert(0.92) hue-rotate(180deg); }
+}
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem;
+  color: var(--ink); background: var(--ground); overflow-wrap: break-word; }
+h1 { font-size: 1.6rem; line-height: 1.25; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
-th, td { padding: 0.15rem 0.7rem; text-align: right; border-bottom: 1px solid #ddd; }
-th { border-bottom: 2px solid #888; } td.text, th.text { text-align: left; }
-tr.flagged { background: #fdecea; } img { max-width: 100%; }
-pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem; }
+caption { text-align: left; font-weight: 600; padding: 0.4rem 0; }
+th, td { padding: 0.15rem 0.7rem; text-align: right; border-bottom: 1px solid var(--line);
+  white-space: nowrap; }
+th { border-bottom: 2px solid var(--rule); } td.text, th.text { text-align: left; white-space: normal; }
+tr.flagged { background: var(--flag); } img { max-width: 100%; height: auto; }
+pre { background: var(--pane); padding: 0.8rem; overflow-x: auto; font-size: 0.85rem; }
 .scroll { overflow-x: auto; }
+@media (max-width: 699px) {
+  body { margin: 1rem auto; font-size: 14px; } h1 { font-size: 1.3rem; }
+  table { font-size: 0.8rem; } th, td { padding: 0.15rem 0.4rem; }
+}
 @page { size: A4 landscape; margin: 12mm; }
 @media print {
+  :root { color-scheme: light; --ink: #000000; --ground: #ffffff; --line: #d5dbe1; --rule: #8a949e;
+    --pane: #f3f5f7; --flag: #fdecea; }
+  img { filter: none; }
   body { max-width: none; margin: 0; padding: 0; font-size: 10pt; }
   /* What scrolls on a screen is cut on paper: so nothing scrolls, and cells break. */
   .scroll { overflow: visible; }
   table { font-size: 7.5pt; width: 100%; }
-  th, td { padding: 0.1rem 0.25rem; overflow-wrap: anywhere; }
+  th, td { padding: 0.1rem 0.25rem; overflow-wrap: anywhere; white-space: normal; }
   tr, img, pre { break-inside: avoid; } thead { display: table-header-group; } h2 { break-after: avoid; }
   pre { white-space: pre-wrap; overflow: visible; } img { max-height: 170mm; }
   tr.flagged { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
@@ -52,7 +70,8 @@ def page(study: Any) -> str:
         body += [f"<h2>{html(heading)}</h2>"] * (heading != before)
         body.append(_shown(part, heading))
         before = heading
-    head = f'<head><meta charset="utf-8">{MARK}<title>{title}</title><style>{STYLE}</style></head>'
+    phone = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    head = f'<head><meta charset="utf-8">{phone}{MARK}<title>{title}</title><style>{STYLE}</style></head>'
     return f'<!DOCTYPE html>\n<html lang="en">{head}\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
 
 
@@ -62,7 +81,7 @@ def _shown(part: Any, heading: str) -> str:
     if isinstance(part, str):
         return part
     data = io.BytesIO()
-    part.savefig(data, format="svg")
+    part.savefig(data, format="svg", transparent=True)  # on the ground of either theme
     coded = base64.b64encode(data.getvalue()).decode("ascii")
     return f'<p><img alt="{html(heading)}" src="data:image/svg+xml;base64,{coded}"></p>'
 

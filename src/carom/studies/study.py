@@ -146,6 +146,10 @@ class Study(Result, Generic[S]):
         """Return what is shown: the results, and perhaps other tables."""
         return [self.table]
 
+    def printed(self) -> list[Table]:
+        """Return the tables that the command prints: what is read first. The others are in the files."""
+        return self.tables()
+
     def sentences(self) -> list[str]:
         """Return what is said below the table and at the top of the page."""
         return []
@@ -173,8 +177,9 @@ class Study(Result, Generic[S]):
             bars = [getattr(row, f"{y}_error", 0.0) for row in rows]
             points = [getattr(row, x) for row in rows], [getattr(row, y) for row in rows]
             axes.errorbar(
-                *points, bars, fmt="o-", ms=4, lw=0.8, label=None if curve is None else label(curve)
-            )
+                *points, bars, fmt="o-", ms=4, lw=0.8,
+                label=None if curve is None else f"{label(heads.get(by[0], by[0]))} {label(curve)}",
+            )  # fmt: skip
         axes.set_xlabel(label(heads.get(x, x)))
         axes.set_ylabel(label(heads.get(y, y)))
         if by:

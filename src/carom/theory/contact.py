@@ -25,7 +25,7 @@ def contact_value(
     dimension : int
         d.
     n : int, optional
-        Number of particles, if g is normalised by (N - 1) / V as in :mod:`carom.observables.rdf`. By default
+        Number of particles, if g is normalized by (N - 1) / V as in :mod:`carom.observables.rdf`. By default
         infinitely many.
 
     Raises

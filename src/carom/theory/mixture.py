@@ -207,7 +207,7 @@ def species_collision_rate(
 
 
 def _species(fractions: ArrayLike, diameters: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number fractions, normalised, and the diameters."""
+    """Return the number fractions, normalized, and the diameters."""
     x, sigma = np.asarray(fractions, dtype=np.float64), np.asarray(diameters, dtype=np.float64)
     if x.ndim != 1 or x.shape != sigma.shape or not x.size:
         raise InputError(

@@ -105,7 +105,7 @@ def test_lines_and_four_dimensions_have_the_same_bits(dimension):
 
 
 def test_thousands_collide_at_the_same_instant_in_all_parts():
-    # As a checkerboard whose colours move against each other.
+    # As a checkerboard whose colors move against each other.
     shape = (32, 12, 12)
     cells = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
     velocities = np.zeros(cells.shape)

@@ -28,7 +28,7 @@ def check_sectors(sim):
         slacks = np.where(slacks > 0.0, slacks + sectors.extra_slack[:, None], 0.0)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
-    # Two that touch are in neighbouring sectors, however far beyond theirs: from the scene's diameters.
+    # Two that touch are in neighboring sectors, however far beyond theirs: from the scene's diameters.
     sides = np.array(sim.scene.box) / shape
     most = np.where(slacks[:n] > 0.0, slacks[:n] + 0.5 * sim.scene.diameters[:, None], 0.5 * sides)
     assert (2.0 * most <= sides).all()
@@ -144,7 +144,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
     sectors = loose._state.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
     assert (slacks > 0.0).all()
-    # Two that touch are in neighbouring sectors.
+    # Two that touch are in neighboring sectors.
     most = np.broadcast_to(slacks, (n, dimension))
     if mixed:
         most = most + sectors.extra_slack[:n, None]

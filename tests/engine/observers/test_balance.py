@@ -45,7 +45,7 @@ def growing_rods():
     scene = carom.Scene([[1.0], [26.0]], length, velocities=[[7.0 + u / 2], [7.0 - u / 2]])
     sim = carom.Simulation(scene, growth=rate, seed=0)
     block = sim.run(time=duration)
-    # Both gaps of the ring close at once, each by the rate of growth and one of them by the centres.
+    # Both gaps of the ring close at once, each by the rate of growth and one of them by the centers.
     time = right = virial = 0.0
     gaps = [24.0, 24.0]
     while True:

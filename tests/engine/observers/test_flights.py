@@ -65,7 +65,7 @@ def test_normal_speeds_have_the_exact_distribution(found):
         assert np.mean(deviations**2) == pytest.approx(1.0, abs=FIVE * np.sqrt(2.0 / common.sum()) + 0.2)
 
 
-def test_densities_are_normalised(found):
+def test_densities_are_normalized(found):
     _, result, _ = found
     for each in (*result.free_time, *result.free_path, *result.normal_speed.values()):
         whole = np.sum(each.density * np.diff(each.edges))

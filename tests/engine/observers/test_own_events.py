@@ -231,7 +231,7 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
     assert sim._state.unit != before
     base = sim._state.clock.base
     sim.run(collisions=1500)
-    assert sim._state.clock.base > base  # the neighbour scheme was chosen anew, by itself
+    assert sim._state.clock.base > base  # the neighbor scheme was chosen anew, by itself
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=[seen(scene)])
     for each in (sim, again):

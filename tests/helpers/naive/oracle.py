@@ -115,10 +115,10 @@ class Oracle(NaiveSystem):
         image = (0,) * len(self.box)
         return min((Meeting(*each, image) for each in met if each[0] is not None), default=None)
 
-    def _realised(self, meeting: Meeting) -> Collision:
+    def _realized(self, meeting: Meeting) -> Collision:
         i, k = meeting.i, meeting.j - len(self._x)
         if k < 0:
-            return super()._realised(meeting)
+            return super()._realized(meeting)
         image = np.array(meeting.image) + self._crossings[i]
         self._advance(meeting.delay)
         fixed, x = self.fixed[k], self._x[i]

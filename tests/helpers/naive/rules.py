@@ -75,7 +75,7 @@ class NaiveRules(NaiveSteps):
         return found
 
     def decide(self) -> Decision:
-        """Realise the next event and return it."""
+        """Realize the next event and return it."""
         zero = self._context.mpf(10) ** (-self._context.dps // 2)
         while True:
             fastest = max(abs(a) for row in self.v for a in row)

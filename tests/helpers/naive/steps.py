@@ -84,7 +84,7 @@ class NaiveSteps:
         ]
 
     def step(self) -> Crossing | None:
-        """Realise the next event and return it, or None if nothing moves."""
+        """Realize the next event and return it, or None if nothing moves."""
         while True:
             fastest = max(abs(a) for row in self.v for a in row)
             if fastest == 0:

@@ -87,7 +87,7 @@ def clone(value: Any) -> Any:
 
 
 class LogicalProcess(NamedTuple):
-    """The engine as one process sees it: one state and one neighbour scheme, and a calendar of its own."""
+    """The engine as one process sees it: one state and one neighbor scheme, and a calendar of its own."""
 
     engine: Engine  # it has one observer, which notes its collisions
     recorder: LpRecorder  # that observer
@@ -97,7 +97,7 @@ SCRATCH: dict[type, tuple[str, ...]] = {
     Sectors: ("neighbor_cells", "refs"),
     Lists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
 }
-"""What a neighbour scheme has for the search at hand alone."""
+"""What a neighbor scheme has for the search at hand alone."""
 
 
 def make_channels(processes: int, dimension: int) -> Channels:

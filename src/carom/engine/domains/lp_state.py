@@ -102,7 +102,7 @@ class LpQueue(NamedTuple):
     lines: np.ndarray
     event_time: np.ndarray
     component: np.ndarray
-    neighbors: Any  # the neighbour scheme, which says where components are
+    neighbors: Any  # the neighbor scheme, which says where components are
     lp: Any  # one record of type LP_STATE
     channels: Channels
     mask: np.ndarray  # what each layer is to the process, (layers,) uint8

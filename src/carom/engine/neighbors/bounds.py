@@ -72,7 +72,7 @@ class EqualBounds(NamedTuple):
 
     square: float  # square of the distance of reference points up to which two components are listed
     skin: float  # distance from its reference point that a component may reach [length]
-    capacity: int  # neighbours a list can hold
+    capacity: int  # neighbors a list can hold
 
     def list_range_sq(self, i, j):
         return self.square

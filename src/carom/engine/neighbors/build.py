@@ -1,4 +1,4 @@
-"""The neighbour scheme of a run, empty, and the boundary that goes with it."""
+"""The neighbor scheme of a run, empty, and the boundary that goes with it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def images_in(sectors: Sectors, system: System) -> SectorImage:
 
 
 def build_neighbors(scheme: NeighborPlan, system: System, pair, motion):
-    """Return the empty neighbour scheme and the boundary that goes with it."""
+    """Return the empty neighbor scheme and the boundary that goes with it."""
     edges, inverse = edges_of(system)
     if scheme.kind == "lists":
         lists = _build_lists(scheme, system, pair, motion)
@@ -77,14 +77,14 @@ def build_neighbors(scheme: NeighborPlan, system: System, pair, motion):
 
 
 def _is_wide(scheme: NeighborPlan, system: System) -> bool:
-    """Tell whether two neighbouring sectors hold no two components half a box apart."""
+    """Tell whether two neighboring sectors hold no two components half a box apart."""
     return all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, system.periodic, strict=True))
 
 
 def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
     """Return how far a component may be beyond its sector along each axis [length].
 
-    Two that touch are in neighbouring sectors if a sector is a diameter and two slacks wide. Growth needs
+    Two that touch are in neighboring sectors if a sector is a diameter and two slacks wide. Growth needs
     that room; beyond a wall of the box there is nothing. Small components have more (:func:`_extra_slack`).
     """
     slacks = [0.0] * system.dimension
@@ -93,7 +93,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
             if system.periodic[axis]:
                 contact = system.diameter * system.stretch[axis]
                 free = 0.5 * (edge / size - contact * (1.0 + SECTOR_MARGIN))
-                # The images of neighbours must be told apart as before.
+                # The images of neighbors must be told apart as before.
                 slacks[axis] = max(SLACK * min(free, 0.25 * edge - edge / size), 0.0)
     return slacks
 
@@ -116,7 +116,7 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
     """Return empty lists."""
     n, dimension = system.n, system.dimension
     sizes = system.reaches
-    # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
+    # Reference points beyond a wall are no neighbors: a stretched axis keeps its two ends apart.
     spans = spans_of(system, scheme.list_range)
     if sizes is None:
         skin = 0.5 * (scheme.list_range - system.diameter)

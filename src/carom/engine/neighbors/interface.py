@@ -1,4 +1,4 @@
-"""Who can meet whom next: the interface of the neighbour schemes (``sectors``, ``lists``, ``all_pairs``)."""
+"""Who can meet whom next: the interface of the neighbor schemes (``sectors``, ``lists``, ``all_pairs``)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Neighbour lists (NeighborLists, Verlet lists): the sector's idea with a sphere for a sector.
+"""Neighbor lists (NeighborLists, Verlet lists): the sector's idea with a sphere for a sector.
 
 A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
 overlap. At its bound, or shortly before, a component takes a new point and renews its own list only. Points
 are integer fractions of the box, all axes in 64 bits: differences are exact, and to the nearest image. Cells
-find neighbours; bounds of very different size have grids (*levels*) of their own, with cells as wide as their
+find neighbors; bounds of very different size have grids (*levels*) of their own, with cells as wide as their
 largest.
 """
 
@@ -51,7 +51,7 @@ from carom.models.questions.particles import NEVER
 
 @answering(interface, pair_steps, prefetching)
 class Lists(NamedTuple):
-    """Components by neighbour."""
+    """Components by neighbor."""
 
     bounds: Any  # EqualBounds or UnequalBounds
     grid: Grid
@@ -62,13 +62,13 @@ class Lists(NamedTuple):
     members: np.ndarray  # how many each cell holds, (cells,) uint16
     grid_step: tuple  # length of one step of a reference point along each axis
     reference: np.ndarray  # reference points, (n,) uint64: steps along each axis, side by side
-    refs: np.ndarray  # neighbours, list after list, uint32
+    refs: np.ndarray  # neighbors, list after list, uint32
     found: np.ndarray  # room for those found in the cells around one, (room,) uint32
     points: np.ndarray  # room for their reference points, (room,) uint64
     sizes: np.ndarray  # room for the radii of their bounds where these differ, (room,) float64
     newcomers: np.ndarray  # room for those newly listed, uint32
     hits: np.ndarray  # which of them are to be listed, (room,) int64
-    counts: np.ndarray  # how many neighbours, (n,) uint16, or int32 where there is room for more
+    counts: np.ndarray  # how many neighbors, (n,) uint16, or int32 where there is room for more
     steps: Any
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
     window: Any  # tilts of the lattice that the lists are for (:mod:`.grid`), or None where none tilts
@@ -178,7 +178,7 @@ def make_lists(
     """Return empty lists for ``n`` components.
 
     Reference points are fractions of ``spans`` (d floats [length]). A cell holds ``cell_capacity``
-    components, 8 at least; all lists hold ``refs`` neighbours, the longest ``longest``. ``pair_steps``
+    components, 8 at least; all lists hold ``refs`` neighbors, the longest ``longest``. ``pair_steps``
     (PairSteps, SpeciesSteps or None) says how words name steps, ``window`` (TiltWindow or None) the tilts of
     the lattice.
     """
@@ -346,7 +346,7 @@ def gather_cells(lists, i, point, moved, old):
 def flag_in_range(lists, i, total, point, moved, old):
     """Mark in ``hits`` who of those found is to be listed with i, and was not where it ``moved`` from.
 
-    What is needed is first put side by side, so that the loop is vectorised.
+    What is needed is first put side by side, so that the loop is vectorized.
     """
     for k in range(0, np.int64(total), LANES):
         pack(lists.reference, lists.found, k, np.int64(0), lists.points, k)
@@ -384,7 +384,7 @@ def prefetch_list(lists, i):
 
 
 def prefetch_listed(lists, array, i):
-    """Ask for the elements of an array that belong to the neighbours of component i."""
+    """Ask for the elements of an array that belong to the neighbors of component i."""
     start_index = start(lists.bounds, i)
     for k in range(start_index, start_index + np.uint64(lists.counts[i])):
         prefetch(array, np.int64(named(lists.steps, lists.refs[k])))

@@ -1,4 +1,4 @@
-"""The choice of a neighbour scheme, of its arrays and its epochs: a measured rule (docs/benchmarks)."""
+"""The choice of a neighbor scheme, of its arrays and its epochs: a measured rule (docs/benchmarks)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NeighborPlan:
     shape: tuple[int, ...]  # cells along each edge
     cell_capacity: int  # components a cell can hold
     list_range: float  # reach of reference points of the largest [length]; 0 for sectors
-    capacity: int  # neighbours a list can hold, of unequal lengths beyond the number expected; 0 for sectors
+    capacity: int  # neighbors a list can hold, of unequal lengths beyond the number expected; 0 for sectors
     epoch: float  # [time], a power of two: times are relative to the epoch
     width: float  # first width of the calendar's buckets [time], a power of two; adapted later
     heap: int  # entries of the calendar's heap
@@ -159,7 +159,7 @@ def choose(
     if system.stepped:
         if neighbors not in ("auto", "lists"):
             raise ValueError(
-                f"The steps of pairs are kept in neighbour lists, which neighbors={neighbors!r} has not; use "
+                f"The steps of pairs are kept in neighbor lists, which neighbors={neighbors!r} has not; use "
                 "neighbors='auto'."
             )
         neighbors = "lists"

@@ -127,7 +127,7 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
 def lay_paths(everybody, elapsed, range_edges, start):
     """Lay out the paths of the block from component ``start``, relative to the one that searches.
 
-    What is done for one is a function of its own: no variable seems to live on, and the loop is vectorised.
+    What is done for one is a function of its own: no variable seems to live on, and the loop is vectorized.
     """
     start_index = np.uint64(2 * len(everybody.inverse) * start)
     for lane in range(np.uint64(BLOCK)):

@@ -56,9 +56,9 @@ class Sectors(NamedTuple):
     int64.
     """
     moves: np.ndarray
-    """The same of the neighbour through each face, (2 d,) int64."""
+    """The same of the neighbor through each face, (2 d,) int64."""
     faces: np.ndarray
-    """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
+    """Neighboring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
     - 1)) int64.
     """
     neighbor_cells: np.ndarray
@@ -124,7 +124,7 @@ class Sectors(NamedTuple):
         new = sector_of(self, i)
         total = np.uint64(0)
         done = True
-        if new != old:  # one sector along this axis is its own neighbour
+        if new != old:  # one sector along this axis is its own neighbor
             done = enter(self, new, np.uint32(i))
             if done:
                 remove_member(self, old, np.uint32(i))

@@ -92,7 +92,7 @@ def cells_around(levels: SizeClasses, spans, stretch) -> list:
 
 
 def starts_of(bound: np.ndarray, system: System, extra: int) -> np.ndarray:
-    """Return where the lists begin, each with room for the neighbours expected, and ``extra`` more."""
+    """Return where the lists begin, each with room for the neighbors expected, and ``extra`` more."""
     dimension = system.dimension
     radii, inverse, numbers = np.unique(bound, return_inverse=True, return_counts=True)
     if len(radii) > 64:
@@ -118,7 +118,7 @@ def cell_capacity_of(system: System, neighbors: str, shape: tuple[int, ...], lis
 
 
 def list_capacity_of(system: System, density: float, list_range: float) -> int:
-    """Return how many neighbours a list can hold at first."""
+    """Return how many neighbors a list can hold at first."""
     if system.reaches is not None:
         return 8
     listed = density * unit_ball_volume(system.dimension) * list_range**system.dimension
@@ -167,7 +167,7 @@ class ListRanges(NamedTuple):
 
     list_range: float  # distance up to which the largest components are listed
     least: float  # reach below which margins are used up at once
-    longest: float  # reach beyond which a neighbour could be listed under two of its images
+    longest: float  # reach beyond which a neighbor could be listed under two of its images
     core: float  # diameter of the largest component, or the longest reach of its steps
     pace_ratio: float  # margin of the largest component, in those of the mean
     thinnest: float  # the smallest margin
@@ -186,7 +186,7 @@ class ListRanges(NamedTuple):
 def list_ranges(system: System, shell: float | None) -> ListRanges:
     """Return what lists would be like; ``shell`` as of :func:`choose`."""
     diameter, radii = system.diameter, system.radii
-    # Neighbours must stay the nearest image while both move by the margin, and be listed under no other one.
+    # Neighbors must stay the nearest image while both move by the margin, and be listed under no other one.
     pace_ratio = 1.0 if radii is None else float(system.paces.max())
     core = diameter if system.reaches is None else 2.0 * float(system.reaches.max())
     # A stream may move them further apart.
@@ -212,7 +212,7 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
     list_range, least, diameter = margins.list_range, margins.least, system.diameter
     if margins.coarse and least < list_range <= margins.longest:
         raise ValueError(
-            f"Neighbour lists keep places to {margins.grid_step:g} in a box of this length, too coarse for "
+            f"Neighbor lists keep places to {margins.grid_step:g} in a box of this length, too coarse for "
             f"margins of {margins.thinnest:g}; use neighbors='sectors', or a larger shell."
         )
     if list_range > margins.longest or list_range <= least:
@@ -224,7 +224,7 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
                 f"images apart; the shortest is {system.narrowest:g}. Use more components, or less reach."
             )
         raise ValueError(
-            f"Neighbour lists with a reach of {list_range:g} need box edges of at least {needed:g}, "
+            f"Neighbor lists with a reach of {list_range:g} need box edges of at least {needed:g}, "
             f"the shortest is {system.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
     if not system.listable:
@@ -232,7 +232,7 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
             raise ValueError(
                 "Steps of pairs are kept in lists, which are for straight flight: leave out motion."
             )
-        raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
+        raise ValueError("Neighbor lists are for straight flight; use neighbors='sectors' for this motion.")
 
 
 def default_list_range(system: System) -> float:
@@ -333,7 +333,7 @@ def is_thin(system: System) -> bool:
     """Tell whether a system is thin: its sectors are as wide as their costs say, or everybody is looked at.
 
     On a long free path small sectors are crossed all the while, and large ones bring many candidates. The
-    best side follows from the measured costs of both (docs/decisions/05-neighbours.md).
+    best side follows from the measured costs of both (docs/decisions/05-neighbors.md).
     """
     several = system.dimension >= HIGH and 3**system.dimension > system.n
     return system.packing_fraction < THIN or several

@@ -1,7 +1,7 @@
 """The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
 
-Their frame is that of the centre of mass. Between collisions currents are constant; a collision adds the
-momentum and energy that it transfers over the distance of the centres (E. Helfand, Phys. Rev. 119, 1 (1960);
+Their frame is that of the center of mass. Between collisions currents are constant; a collision adds the
+momentum and energy that it transfers over the distance of the centers (E. Helfand, Phys. Rev. 119, 1 (1960);
 B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). With steps each component holds
 half of the energy of its pairs, u_i, and the current of energy is ``sum m v^2 v / 2 + sum u_i v_i``; the
 second part changes at collisions only. Hard cores hold None.
@@ -41,7 +41,7 @@ class Currents(NamedTuple):
     """
 
     drift: Annotated[np.ndarray, present(-1)]
-    """Velocity of the centre of mass, (d,) float64."""
+    """Velocity of the center of mass, (d,) float64."""
     kinds: np.ndarray
     """Species of each component, (n + 1,) int64."""
     flow: Annotated[np.ndarray, present()]

@@ -18,10 +18,10 @@ from carom.models.questions.memory import kept, present
 
 @answering(interface)
 class Balance(NamedTuple):
-    """The kinetic energy about the motion of the centre of mass."""
+    """The kinetic energy about the motion of the center of mass."""
 
     drift: Annotated[np.ndarray, present(-1)]
-    """Velocity of the centre of mass, zero where its momentum is not conserved, (d,) float64."""
+    """Velocity of the center of mass, zero where its momentum is not conserved, (d,) float64."""
     energy: Annotated[np.ndarray, present(-2)]
     """Kinetic energy now, (1,) float64."""
     action: Annotated[np.ndarray, kept(-1)]
@@ -56,7 +56,7 @@ class Balance(NamedTuple):
 
 
 def drift_of(masses, velocities) -> np.ndarray:
-    """Return the velocity of the centre of mass of components (n,) with velocities (n, d)."""
+    """Return the velocity of the center of mass of components (n,) with velocities (n, d)."""
     drift = np.zeros(velocities.shape[1])
     for _ in range(2):  # the second time with the digits that a fast drift has taken
         drift += masses @ (velocities - drift) / masses.sum()

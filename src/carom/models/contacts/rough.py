@@ -192,7 +192,7 @@ def slip_to_impulse(impact, tangential, friction, compliance, normal_impulse, di
 
 
 def update_spin(impact, i, arm):
-    """Turn particle i by the tangential impulse in the room, which acts at the ``arm`` from its centre.
+    """Turn particle i by the tangential impulse in the room, which acts at the ``arm`` from its center.
 
     Both partners turn alike: the impulse on the other is opposite, and so is the arm.
     """

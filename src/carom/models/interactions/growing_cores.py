@@ -49,7 +49,7 @@ class GrowingCores(NamedTuple):
         c, b, a = growing(radii, rate, rr, rv, vv, now)
         discriminant = b * b - a * c
         t = c / (np.sqrt(max(discriminant, 0.0)) - b)
-        # a < 0: the cores grow faster than their centres part. A candidate that is i itself never meets i.
+        # a < 0: the cores grow faster than their centers part. A candidate that is i itself never meets i.
         meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (i != j)
         return max(t, 0.0) if meets else NEVER
 
@@ -59,7 +59,7 @@ class GrowingCores(NamedTuple):
         return contact_time_known(c, b, a)
 
     def jump(self, i, j, rr, rv, now):
-        # Elastic in the frame of the surfaces, which approach faster than the centres: no pair sticks.
+        # Elastic in the frame of the surfaces, which approach faster than the centers: no pair sticks.
         return elastic(self, i, j, rr, rv - np.sqrt(rr) * (self.rates[i] + self.rates[j]))
 
     def core_square(self, i, j, now):

@@ -1,4 +1,4 @@
-"""Hard cores: two components touch at a contact distance, and exchange momentum along the line of centres."""
+"""Hard cores: two components touch at a contact distance, and exchange momentum along the line of centers."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def first_contact(c, rv, vv):
 
     The form ``c / (-b + sqrt(b^2 - a c))`` keeps its digits at grazing contacts. A pair that overlaps by
     rounding and approaches meets now (sec. 6). There is no branch, so that the loop over candidates is
-    vectorised.
+    vectorized.
     """
     discriminant = rv * rv - vv * c
     t = c / (np.sqrt(max(discriminant, 0.0)) - rv)

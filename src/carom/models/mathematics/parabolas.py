@@ -170,7 +170,7 @@ class Gap(NamedTuple):
     side: float  # 1 outside of a ball, -1 inside of a container
     along: int  # an axis that does not count, or -1
     center: Any
-    contact: float  # distance of contact from the centre now [length]
+    contact: float  # distance of contact from the center now [length]
     growth: float  # its rate
     g: tuple
     x: Any

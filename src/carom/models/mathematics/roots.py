@@ -2,7 +2,7 @@
 
 A *curve* is a ``NamedTuple`` that answers its value f, its slope s, and a bound K on its second derivative.
 From f > 0 it stays above ``f + s t - K t^2 / 2``: the search goes from one root of that to the next. Once K
-proves that the slope keeps its sign, the root is alone in a bracket, which is narrowed to two neighbouring
+proves that the slope keeps its sign, the root is alone in a bracket, which is narrowed to two neighboring
 doubles. Where f <= 0 but not falling (a contact just processed), it cannot fall before ``s / K``. "<= 0 and
 falling" is the stable event of Bannerman et al. (J. Chem. Phys. 141 (2014) 041101): it covers contacts,
 grazes and overlaps by rounding.

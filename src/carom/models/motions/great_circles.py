@@ -124,7 +124,7 @@ class GreatCircles(Value):
 class Circles(NamedTuple):
     """Motion on a sphere."""
 
-    center: tuple  # centre of the sphere [length]
+    center: tuple  # center of the sphere [length]
     radius: float  # radius of the sphere [length]
 
     def carry(self, x, v, t, there, then):
@@ -212,7 +212,7 @@ class Gap(NamedTuple):
 
     me: Any  # old event of the one
     other: Any  # old event of the other
-    center: tuple  # centre of the sphere [length]
+    center: tuple  # center of the sphere [length]
     mine: float  # angular speed of the one [1 / time]
     its: float  # angular speed of the other [1 / time]
     now: float  # time since the beginning of the epoch

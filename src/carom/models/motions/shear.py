@@ -28,7 +28,7 @@ from carom.models.questions.particles import Particles
 LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
 
-LISTED_STRAIN = 0.25  # strain for which neighbour lists are made
+LISTED_STRAIN = 0.25  # strain for which neighbor lists are made
 
 STAGES = 32  # stretches of constant rate in a period
 

@@ -83,7 +83,7 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if no particle of a ``radius`` meets an obstacle, or one lets centres out."""
+    """Raise InputError if no particle of a ``radius`` meets an obstacle, or one lets centers out."""
     for obstacle in obstacles:
         if _is_hidden(obstacle, box, periodic):
             raise InputError(
@@ -102,7 +102,7 @@ def refuse_hidden(
         if heights is not None and heights[0] < -radius - ROUNDING_MARGIN * max(box):
             raise InputError(
                 f"{obstacles[k].name} stands for the wall {wall_name(*wall)} and moves up to "
-                f"{-heights[0]:.6g} behind it, where centres leave the box; expected at most the smallest "
+                f"{-heights[0]:.6g} behind it, where centers leave the box; expected at most the smallest "
                 f"radius, {radius:.6g}. Shake it less, or move it into the box: a Wall by its offset."
             )
 

@@ -102,8 +102,8 @@ class Plane(Properties):
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidBehind]:
         """Return the shapes to draw in three dimensions."""
         normal, distance = self._unit()
-        centre = 0.5 * np.asarray(box)
-        point = centre - (np.dot(normal, centre) - distance) * np.asarray(normal)
+        center = 0.5 * np.asarray(box)
+        point = center - (np.dot(normal, center) - distance) * np.asarray(normal)
         return [SolidBehind(tuple(point.tolist()), normal)]
 
 

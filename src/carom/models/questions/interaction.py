@@ -56,7 +56,7 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
 
     Notes
     -----
-    The compiled function stands in the loop over candidates. The loop is vectorised if the function has no
+    The compiled function stands in the loop over candidates. The loop is vectorized if the function has no
     branch and no store, and if ``lanes`` names the fields that it reads of j. The time is 0 for a pair
     that touches and approaches (Lubachevsky 1991, sec. 6).
     """

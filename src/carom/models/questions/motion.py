@@ -179,7 +179,7 @@ def push(motion, change, v, normal):
     v, normal : sequences of d floats
         Velocity before the contact, and the normal.
     """
-    # A contact on a circle is found just outside it, and its distance from the centre is rounded alike every
+    # A contact on a circle is found just outside it, and its distance from the center is rounded alike every
     # time: unit normals are too long by 1e-16 on average. What is lost at every bounce in the same direction,
     # be it a part of 1e-17, adds up over millions. So all is computed with twice the digits, and only the new
     # velocity is rounded.

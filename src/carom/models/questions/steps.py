@@ -18,7 +18,7 @@ def step_time(pair, i, j, step, rr, rv, vv, now):
     """Time from now until particles i and j, which are on ``step``, reach one of its ends, or NEVER.
 
     The step is an index of the model's arrays, which have ``2**step_bits(count)`` items for ``count`` steps.
-    The other parameters, and the conditions for a vectorised loop, are those of ``interaction_time``.
+    The other parameters, and the conditions for a vectorized loop, are those of ``interaction_time``.
     """
 
 

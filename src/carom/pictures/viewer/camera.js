@@ -32,19 +32,19 @@ function camera() {
   // The whole scene fits into what header and footer leave, whatever the shape of the window.
   const lensY = 4, across = Math.max(high * (height / room), wide * height / width) * margin;
   const distance = lensY * across / look.zoom, raise = (foot - head) / height * distance / lensY;
-  const centre = look.follow && look.chosen >= 0
-    ? [0, 1, 2].map((axis) => centres[3 * look.chosen + axis])
+  const center = look.follow && look.chosen >= 0
+    ? [0, 1, 2].map((axis) => centers[3 * look.chosen + axis])
     : [box[0] / 2, box[1] / 2, flat ? 0 : box[2] / 2];
   return {
-    width, height, distance, turn: rotation(), centre, lensX: lensY * height / width, lensY,
+    width, height, distance, turn: rotation(), center, lensX: lensY * height / width, lensY,
     depth: halfBox * (copied ? 3.2 : 1.05), pan: [look.right, look.up + raise],
-    unit: height * lensY / distance / 2,  // pixels of a length in the plane of the centre
+    unit: height * lensY / distance / 2,  // pixels of a length in the plane of the center
   };
 }
 
 // A place before the eye, which looks along -z from the origin.
 function placed(eye, x, y, z) {
-  const t = eye.turn, a = x - eye.centre[0], b = y - eye.centre[1], c = z - eye.centre[2];
+  const t = eye.turn, a = x - eye.center[0], b = y - eye.center[1], c = z - eye.center[2];
   return [t[0] * a + t[3] * b + t[6] * c + eye.pan[0], t[1] * a + t[4] * b + t[7] * c + eye.pan[1],
     t[2] * a + t[5] * b + t[8] * c - eye.distance];
 }
@@ -65,7 +65,7 @@ function picked(px, py) {
   for (const [a, b, c] of shifts()) {
     for (let k = 0; k < n; k++) {
       if (!seen[k]) continue;
-      const p = placed(eye, centres[3 * k] + a, centres[3 * k + 1] + b, centres[3 * k + 2] + c);
+      const p = placed(eye, centers[3 * k] + a, centers[3 * k + 1] + b, centers[3 * k + 2] + c);
       const r = radius[k] * look.size, q = [p[0] - from[0], p[1] - from[1], p[2] - from[2]];
       const along = ray[0] * q[0] + ray[1] * q[1] + ray[2] * q[2];
       if (along <= 0) continue;

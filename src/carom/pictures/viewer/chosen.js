@@ -13,7 +13,7 @@ function rowsOf(k) {
   const vector = (values) => AXES.map((_, axis) => brief(values[3 * k + axis])).join(", ");
   const kind = kindOf(k), rows = [];
   if (names.length && kind < names.length) rows.push([units ? "kind" : "species", names[kind]]);
-  rows.push(["position", vector(centres)]);
+  rows.push(["position", vector(centers)]);
   if (velocities || replay) rows.push(["velocity", vector(motion)], ["speed", brief(speedOf(k))]);
   rows.push(["diameter", brief(2 * radius[k])]);
   if (replay) rows.push(["collisions", recordAt(k, look.time) - records.starts[k]]);

@@ -34,5 +34,5 @@ const names = units ? units.names : data.names;
 // Frames that are all of one time are played by their numbers.
 const times = data.times, count = times.length;
 const ticks = times[count - 1] > times[0] ? times : times.map((_, k) => k);
-const first = replay ? 0 : ticks[0], last = replay ? replay.end : ticks[count - 1];
+const first = replay ? times[0] : ticks[0], last = replay ? replay.end : ticks[count - 1];
 const still = !replay && count === 1;

@@ -67,25 +67,25 @@ function lines(segments) {
   return made;
 }
 
-const sphere = (divisor) => ({centre: [3, divisor], radius: [1, divisor], colour: [3, divisor], state: [2, divisor]});
+const sphere = (divisor) => ({center: [3, divisor], radius: [1, divisor], color: [3, divisor], state: [2, divisor]});
 const cloud = arrays(squares, {corner: [2, 0], ...sphere(1)}), dust = arrays(points, sphere(0));
 cloud.fill({corner: QUAD});
 const instances = {size: -1, grow(wanted) {
   if (wanted <= this.size) return;
   this.size = wanted;
-  this.centre = new Float32Array(3 * wanted); this.colour = new Float32Array(3 * wanted);
+  this.center = new Float32Array(3 * wanted); this.color = new Float32Array(3 * wanted);
   this.radius = new Float32Array(wanted); this.state = new Float32Array(2 * wanted);
 }};
 const stones = obstacles.spheres.length && arrays(squares, {corner: [2, 0], ...sphere(1)});
 if (stones) {
   stones.fill({
-    corner: QUAD, centre: obstacles.spheres.map((s) => s.slice(0, 3)).flat(), radius: obstacles.spheres.map((s) => s[3]),
-    colour: obstacles.spheres.map(() => [0.66, 0.64, 0.6]).flat(), state: obstacles.spheres.map(() => [0, 0]).flat(),
+    corner: QUAD, center: obstacles.spheres.map((s) => s.slice(0, 3)).flat(), radius: obstacles.spheres.map((s) => s[3]),
+    color: obstacles.spheres.map(() => [0.66, 0.64, 0.6]).flat(), state: obstacles.spheres.map(() => [0, 0]).flat(),
   });
 }
 const panes = obstacles.triangles.length && arrays(faces, {place: [3, 0]});
 if (panes) panes.fill({place: obstacles.triangles.flat(2)});
-const ringArrays = units && arrays(loops, {corner: [2, 0], centre: [3, 1], radius: [1, 1], colour: [3, 1]});
+const ringArrays = units && arrays(loops, {corner: [2, 0], center: [3, 1], radius: [1, 1], color: [3, 1]});
 if (units) ringArrays.fill({corner: QUAD});
 
 const openEdges = lines([]), wallEdges = lines([]);
@@ -132,7 +132,7 @@ function draw() {
   const common = (prog) => {
     prog.use();
     gl.uniformMatrix3fv(prog.uniform("turn"), false, eye.turn);
-    gl.uniform3f(prog.uniform("middle"), ...eye.centre);
+    gl.uniform3f(prog.uniform("middle"), ...eye.center);
     gl.uniform4f(prog.uniform("lens"), eye.lensX, eye.lensY, eye.distance, eye.depth);
     gl.uniform2f(prog.uniform("pan"), ...eye.pan);
     gl.uniform1i(prog.uniform("parallel"), look.parallel ? 1 : 0);
@@ -146,13 +146,13 @@ function draw() {
     if (prog === points) gl.drawArrays(gl.POINTS, 0, m);
     else gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, m);
   };
-  const stroke = (set, width, colour) => {
+  const stroke = (set, width, color) => {
     if (!set.count) return;
     common(strokes);
     set.of.bind();
     gl.uniform2f(strokes.uniform("screen"), w / 2, h / 2);
     gl.uniform1f(strokes.uniform("width"), width * ratio / 2);
-    gl.uniform4f(strokes.uniform("ink"), ...colour, 1);
+    gl.uniform4f(strokes.uniform("ink"), ...color, 1);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, set.count);
   };
   const enable = (what, on) => on ? gl.enable(what) : gl.disable(what);
@@ -166,8 +166,8 @@ function draw() {
   const {inside, all, largest} = visibleSpheres(eye, instances);
   const asPoints = all > MANY && 2.1 * largest * ratio < gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1] ? inside : 0;
   const part = (from, to) => ({
-    centre: instances.centre.subarray(3 * from, 3 * to), radius: instances.radius.subarray(from, to),
-    colour: instances.colour.subarray(3 * from, 3 * to), state: instances.state.subarray(2 * from, 2 * to),
+    center: instances.center.subarray(3 * from, 3 * to), radius: instances.radius.subarray(from, to),
+    color: instances.color.subarray(3 * from, 3 * to), state: instances.state.subarray(2 * from, 2 * to),
   });
   dust.fill(part(0, asPoints));
   spheres(points, dust, asPoints);

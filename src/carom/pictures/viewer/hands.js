@@ -5,7 +5,7 @@ const actions = {
     if (playing && look.time >= last) { look.time = first; if (!replay) show(1); }
   },
   begin() { jump(first, 1); }, end() { jump(last, count); },
-  colour() { look.colour = modes[(modes.indexOf(look.colour) + 1) % modes.length]; },
+  color() { look.color = modes[(modes.indexOf(look.color) + 1) % modes.length]; },
   size() { look.size = look.size > 0.9 ? 0.5 : look.size > 0.4 ? 0.25 : 1; },
   slab() { const all = ["", ...AXES]; look.slab = all[(all.indexOf(look.slab) + 1) % all.length]; },
   reset() { for (const name of ["yaw", "pitch", "zoom", "right", "up", "follow"]) look[name] = BEGINNING[name]; },
@@ -25,7 +25,7 @@ for (const name of ["images", "bonds", "rings", "box", "dark", "parallel", "path
   actions[name] = () => { look[name] = !look[name]; };
 }
 const keys = {
-  " ": "play", home: "begin", end: "end", arrowup: "nearer", arrowdown: "farther", c: "colour", s: "size",
+  " ": "play", home: "begin", end: "end", arrowup: "nearer", arrowdown: "farther", c: "color", s: "size",
   i: "images", b: "bonds", o: "rings", x: "box", d: "dark", e: "parallel", l: "slab", t: "path", f: "follow", r: "reset",
   v: "panel", p: "picture", w: "film", h: "help", "?": "help", escape: "leave", "+": "faster", "=": "faster", "-": "slower",
 };
@@ -59,7 +59,7 @@ byId("scrub").oninput = (event) => {
 byId("speed").ondblclick = () => { byId("speed").value = 0; };
 
 // Controls of the panel: each shows a value of `look`, and changes it.
-const SWITCHES = ["images", "bonds", "rings", "box", "parallel", "dark"], CHOICES = ["colour", "slab", "size"], SLIDERS = ["middle", "thick"];
+const SWITCHES = ["images", "bonds", "rings", "box", "parallel", "dark"], CHOICES = ["color", "slab", "size"], SLIDERS = ["middle", "thick"];
 for (const id of SWITCHES) byId(id).onchange = (event) => { look[id] = event.target.checked; changed(); };
 for (const id of CHOICES) {
   byId(id).onchange = (event) => { look[id] = id === "size" ? Number(event.target.value) : event.target.value; changed(); };
@@ -70,7 +70,7 @@ function option(id, value, text) {
   made.value = value; made.textContent = text;
   byId(id).append(made);
 }
-for (const name of modes) option("colour", name, name);
+for (const name of modes) option("color", name, name);
 for (const name of AXES) option("slab", name, `across ${name}`);
 byId("bonds").parentElement.hidden = !bonds;
 byId("rings").parentElement.hidden = !units;

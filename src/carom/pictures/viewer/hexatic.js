@@ -1,17 +1,17 @@
 "use strict";
-// psi_6 of disks at any places, from their six nearest neighbours: what pictures/viewdata.psi_6 computes for frames.
-function hexatic(n, centres, box, periodic, psi) {
+// psi_6 of disks at any places, from their six nearest neighbors: what pictures/viewdata.psi_6 computes for frames.
+function hexatic(n, centers, box, periodic, psi) {
   const wanted = 6;
   // Cells with some three disks each.
   const cells = [0, 1].map((axis) => Math.max(1, Math.floor(box[axis] / Math.sqrt(3 * box[0] * box[1] / n))));
   const width = [0, 1].map((axis) => box[axis] / cells[axis]);
   const most = Math.max(...cells), least = Math.min(...width);
-  const cell = (k, axis) => Math.min(Math.max(Math.floor(centres[3 * k + axis] / width[axis]), 0), cells[axis] - 1);
+  const cell = (k, axis) => Math.min(Math.max(Math.floor(centers[3 * k + axis] / width[axis]), 0), cells[axis] - 1);
   const first = new Int32Array(cells[0] * cells[1]).fill(-1), next = new Int32Array(n);
   for (let k = 0; k < n; k++) { const c = cell(k, 0) + cells[0] * cell(k, 1); next[k] = first[c]; first[c] = k; }
   const squares = new Float64Array(wanted), xs = new Float64Array(wanted), ys = new Float64Array(wanted);
   for (let k = 0; k < n; k++) {
-    const x = centres[3 * k], y = centres[3 * k + 1], home0 = cell(k, 0), home1 = cell(k, 1);
+    const x = centers[3 * k], y = centers[3 * k + 1], home0 = cell(k, 0), home1 = cell(k, 1);
     squares.fill(Infinity);
     // Rings of cells around the disk's own. After ring r nobody within r cell widths is missing.
     for (let ring = 0; ring <= most; ring++) {
@@ -24,7 +24,7 @@ function hexatic(n, centres, box, periodic, psi) {
           const c = column - turn0 * cells[0] + cells[0] * (row - turn1 * cells[1]);
           for (let other = first[c]; other >= 0; other = next[other]) {
             if (other === k && turn0 === 0 && turn1 === 0) continue;
-            const dx = centres[3 * other] + turn0 * box[0] - x, dy = centres[3 * other + 1] + turn1 * box[1] - y;
+            const dx = centers[3 * other] + turn0 * box[0] - x, dy = centers[3 * other + 1] + turn1 * box[1] - y;
             const square = dx * dx + dy * dy;
             if (square >= squares[wanted - 1]) continue;
             let place = wanted - 1;

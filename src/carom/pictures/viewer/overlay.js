@@ -26,27 +26,27 @@ function paper(pen, left, top, width, height) {
   pen.restore();
 }
 
-// Rows of named colours or a scale, from the line y on; returns where it ends.
+// Rows of named colors or a scale, from the line y on; returns where it ends.
 function drawLegend(pen, left, y, width, rightwards) {
   const shades = scale();
-  if (look.colour === "psi_6") return drawWheel(pen, rightwards ? left + width - 90 : left + 90, y + 34);
+  if (look.color === "psi_6") return drawWheel(pen, rightwards ? left + width - 90 : left + 90, y + 34);
   if (shades) return drawScale(pen, shades, rightwards ? left + width - 220 : left, y, 220);
   const rows = [[]];
   let used = 0;
-  for (const [colour, name] of entries()) {
+  for (const [color, name] of entries()) {
     let text = name;
     while (text.length > 1 && pen.measureText(text).width > width - 24) text = text.slice(0, -2) + "\u2026";
     const wide = pen.measureText(text).width + 34;
     if (used + wide > width + 14 && used) { rows.push([]); used = 0; }
-    rows[rows.length - 1].push([colour, text, wide]);
+    rows[rows.length - 1].push([color, text, wide]);
     used += wide;
   }
   for (const row of rows) {
     const long = row.reduce((sum, [, , wide]) => sum + wide, 0);
     let x = rightwards ? left + width + 14 - long : left;
     if (row.length) paper(pen, x - 4, y - 10, long - 8, 20);
-    for (const [colour, text, wide] of row) {
-      pen.fillStyle = css(colour);
+    for (const [color, text, wide] of row) {
+      pen.fillStyle = css(color);
       pen.beginPath(); pen.arc(x + 6, y, 5.5, 0, 7); pen.fill();
       pen.fillStyle = css(ink());
       pen.textAlign = "left";
@@ -60,7 +60,7 @@ function drawLegend(pen, left, y, width, rightwards) {
 
 function drawScale(pen, shades, left, y, width) {
   const filling = pen.createLinearGradient(left, 0, left + width, 0);
-  shades.map.forEach((colour, k) => filling.addColorStop(k / (shades.map.length - 1), css(colour)));
+  shades.map.forEach((color, k) => filling.addColorStop(k / (shades.map.length - 1), css(color)));
   paper(pen, left - 4, y - 10, width + 8, 54);
   pen.textAlign = "center";
   pen.fillText(shades.name, left + width / 2, y);
@@ -77,7 +77,7 @@ function drawScale(pen, shades, left, y, width) {
   return y + 44;
 }
 
-// The colours of psi_6: its argument around, its modulus outwards.
+// The colors of psi_6: its argument around, its modulus outwards.
 function drawWheel(pen, x, y) {
   paper(pen, x - 90, y - 46, 180, 98);
   for (let ring = 8; ring > 0; ring--) {
@@ -129,7 +129,7 @@ function drawLength(pen, eye, right, y) {
 function drawChosen(pen, eye) {
   if (look.chosen < 0) return;
   const around = (k, width) => {
-    const [x, y, unit] = projected(eye, placed(eye, centres[3 * k], centres[3 * k + 1], centres[3 * k + 2]));
+    const [x, y, unit] = projected(eye, placed(eye, centers[3 * k], centers[3 * k + 1], centers[3 * k + 2]));
     pen.lineWidth = width;
     pen.beginPath(); pen.arc(x, y, radius[k] * look.size * unit + 2, 0, 7); pen.stroke();
   };

@@ -1,5 +1,5 @@
 // Where the particles are at the time that is shown, whom they met, and which of them are drawn.
-const centres = new Float32Array(3 * n), motion = new Float32Array(3 * n);
+const centers = new Float32Array(3 * n), motion = new Float32Array(3 * n);
 const radius = new Float32Array(radii.subarray(0, n)), glow = new Float32Array(n), seen = new Uint8Array(n);
 
 // The last frame that is not later than t.
@@ -25,7 +25,7 @@ const nearest = (x, axis) => periodic[axis] ? x - box[axis] * Math.round(x / box
 function move() {
   if (!replay) {
     const k = look.frame - 1;
-    centres.set(positions.subarray(3 * n * k, 3 * n * (k + 1)));
+    centers.set(positions.subarray(3 * n * k, 3 * n * (k + 1)));
     if (velocities) motion.set(velocities.subarray(3 * n * k, 3 * n * (k + 1)));
     if (boxes) box.splice(0, 3, ...boxes[k]);
     if (grows) radius.set(radii.subarray(n * k, n * (k + 1)));
@@ -36,20 +36,20 @@ function move() {
     const r = recordAt(k, look.time), passed = look.time - records.times[r];
     for (let axis = 0; axis < 3; axis++) {
       const v = motion[3 * k + axis] = records.velocities[3 * r + axis];
-      centres[3 * k + axis] = wrapped(records.places[3 * r + axis] + v * passed, axis);
+      centers[3 * k + axis] = wrapped(records.places[3 * r + axis] + v * passed, axis);
     }
-    glow[k] = r > records.starts[k] && (!units || look.colour === "contacts") ? Math.exp(-passed / fade) : 0;
+    glow[k] = r > records.starts[k] && (!units || look.color === "contacts") ? Math.exp(-passed / fade) : 0;
     if (units) kindNow[k] = became[r];
   }
 }
 
 const kindOf = (k) => units ? kindNow[k] : kinds ? kinds[k] : 0;
 
-// A slab shows the particles whose centres are in it.
+// A slab shows the particles whose centers are in it.
 function choose() {
   const hidden = hiddenKinds(), axis = AXES.indexOf(look.slab), half = 0.5 * look.thick * box[axis];
   for (let k = 0; k < n; k++) {
-    const inside = axis < 0 || Math.abs(nearest(centres[3 * k + axis] - look.middle * box[axis], axis)) <= half;
+    const inside = axis < 0 || Math.abs(nearest(centers[3 * k + axis] - look.middle * box[axis], axis)) <= half;
     seen[k] = inside && !hidden.has(kindOf(k)) ? 1 : 0;
   }
 }
@@ -58,7 +58,7 @@ function choose() {
 function gap(i, j) {
   let square = 0;
   for (let axis = 0; axis < data.dimension; axis++) {
-    square += nearest(centres[3 * j + axis] - centres[3 * i + axis], axis) ** 2;
+    square += nearest(centers[3 * j + axis] - centers[3 * i + axis], axis) ** 2;
   }
   return Math.sqrt(square) - radius[i] - radius[j];
 }
@@ -90,7 +90,7 @@ function partnersOf(k) {
 
 // The way of particle k to where it is, not wrapped: points from now back to the beginning.
 function pathOf(k) {
-  const points = [[0, 1, 2].map((axis) => centres[3 * k + axis])];
+  const points = [[0, 1, 2].map((axis) => centers[3 * k + axis])];
   const back = (stepTo) => points.push(points[points.length - 1].map((x, axis) => x - stepTo(axis)));
   if (replay) {
     let until = look.time;

@@ -1,10 +1,10 @@
 // Circles around components: rings that always face the eye, for units with range rules.
 const RING_V = COMMON + `
-in vec2 corner; in vec3 centre; in float radius; in vec3 colour;
+in vec2 corner; in vec3 center; in float radius; in vec3 color;
 out vec2 q; out vec3 tint;
 void main() {
-  q = corner * 1.05; tint = colour;
-  gl_Position = seen(placed(centre) + vec3(q * radius, 0.0));
+  q = corner * 1.05; tint = color;
+  gl_Position = seen(placed(center) + vec3(q * radius, 0.0));
 }`;
 const RING_F = `#version 300 es
 precision highp float;
@@ -15,20 +15,20 @@ void main() {
   result = vec4(tint, 0.45 * edge);
 }`;
 
-// Where the rings of all units that are seen are, how large and of what colour.
+// Where the rings of all units that are seen are, how large and of what color.
 function rings() {
-  const centre = [], size = [], colour = [];
+  const center = [], size = [], color = [];
   for (const shift of shifts()) {
     for (let k = 0; k < n; k++) {
       if (!seen[k]) continue;
       for (const circle of units.circles[kindNow[k]] || []) {
         for (let axis = 0; axis < 3; axis++) {
-          centre.push(centres[3 * k + axis] + shift[axis]);
-          colour.push(colours[3 * k + axis]);
+          center.push(centers[3 * k + axis] + shift[axis]);
+          color.push(colors[3 * k + axis]);
         }
         size.push(circle);
       }
     }
   }
-  return {centre, radius: size, colour};
+  return {center, radius: size, color};
 }

@@ -16,7 +16,7 @@ vec4 seen(vec3 p) {
 vec3 placed(vec3 x) { return turn * (x - middle) + vec3(pan, 0.0) - vec3(0.0, 0.0, lens.z); }
 `;
 const SPHERE_V = COMMON + `
-in vec3 centre; in float radius; in vec3 colour; in vec2 state;
+in vec3 center; in float radius; in vec3 color; in vec2 state;
 out vec3 c, p, tint; out vec2 q, lit; out float r;
 #ifdef POINT
 uniform float pixels;
@@ -24,7 +24,7 @@ uniform float pixels;
 in vec2 corner;
 #endif
 void main() {
-  c = placed(centre); r = radius; tint = colour; lit = state;
+  c = placed(center); r = radius; tint = color; lit = state;
 #ifdef POINT
   gl_Position = seen(c);
   gl_PointSize = 1.02 * r * lens.y * pixels / gl_Position.w;
@@ -35,7 +35,7 @@ void main() {
 #endif
 }`;
 // A few spheres are squares, and exact: cut by the ray of each point, with a depth there. Very many are points
-// with the light of a parallel projection and the depth of their centre: among hard spheres that is the order of
+// with the light of a parallel projection and the depth of their center: among hard spheres that is the order of
 // their surfaces, too. Without a graphics card points are a hundred times as fast.
 const SPHERE_F = COMMON + `
 in vec3 c, p, tint; in vec2 lit; in float r;

@@ -6,7 +6,7 @@ if (marks) modes.push("rattlers");
 if (replay) modes.push("contacts");
 
 const BEGINNING = {
-  time: first, frame: 1, colour: marks ? "rattlers" : replay && !units ? "contacts" : "species",
+  time: first, frame: 1, color: marks ? "rattlers" : replay && !units ? "contacts" : "species",
   size: bonds && !flat ? 0.5 : 1, images: false, bonds: bonds !== null, rings: units !== null, box: true,
   dark: matchMedia("(prefers-color-scheme: dark)").matches, parallel: false,
   yaw: 0.45, pitch: 0.32, zoom: 1, right: 0, up: 0,
@@ -25,7 +25,7 @@ function readLink() {
     else if (typeof value === "boolean") look[name] = text === "1";
     else if (Number.isFinite(Number(text))) look[name] = Number(text);
   }
-  if (!modes.includes(look.colour)) look.colour = BEGINNING.colour;
+  if (!modes.includes(look.color)) look.color = BEGINNING.color;
   if (!AXES.includes(look.slab)) look.slab = "";
   if (!(look.chosen >= 0 && look.chosen < n)) look.chosen = -1;
   look.frame = Math.min(Math.max(Math.round(look.frame), 1), count);

@@ -17,10 +17,10 @@ function onCanvas(eye, moved) {
   makeRoom(n * moved.length);
   const t = eye.turn;
   for (let s = 0; s < moved.length; s++) {
-    const dx = moved[s][0] - eye.centre[0], dy = moved[s][1] - eye.centre[1], dz = moved[s][2] - eye.centre[2];
+    const dx = moved[s][0] - eye.center[0], dy = moved[s][1] - eye.center[1], dz = moved[s][2] - eye.center[2];
     for (let k = 0; k < n; k++) {
       if (!seen[k]) continue;
-      const a = centres[3 * k] + dx, b = centres[3 * k + 1] + dy, c = centres[3 * k + 2] + dz;
+      const a = centers[3 * k] + dx, b = centers[3 * k + 1] + dy, c = centers[3 * k + 2] + dz;
       const x = t[0] * a + t[3] * b + t[6] * c + eye.pan[0], y = t[1] * a + t[4] * b + t[7] * c + eye.pan[1];
       const z = t[2] * a + t[5] * b + t[8] * c - eye.distance, r = radius[k] * look.size;
       if (!look.parallel && z > -r) continue;
@@ -75,7 +75,7 @@ function uncovered(eye, m) {
   return kept;
 }
 
-// Fill `out` with what is to be drawn: first the spheres with centres on the canvas, which can be drawn as points.
+// Fill `out` with what is to be drawn: first the spheres with centers on the canvas, which can be drawn as points.
 function visibleSpheres(eye, out) {
   const moved = shifts(), m = onCanvas(eye, moved);
   let kept = m, j = 0, inside = 0, largest = 0;
@@ -88,8 +88,8 @@ function visibleSpheres(eye, out) {
   const put = (copy) => {
     const k = copies.particle[copy], s = copies.shift[copy];
     for (let axis = 0; axis < 3; axis++) {
-      out.centre[3 * j + axis] = centres[3 * k + axis] + moved[s][axis];
-      out.colour[3 * j + axis] = colours[3 * k + axis];
+      out.center[3 * j + axis] = centers[3 * k + axis] + moved[s][axis];
+      out.color[3 * j + axis] = colors[3 * k + axis];
     }
     out.radius[j] = radius[k] * look.size;
     out.state[2 * j] = glow[k]; out.state[2 * j + 1] = s ? 0.68 : 0;  // copies are pale

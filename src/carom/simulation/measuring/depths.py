@@ -41,7 +41,7 @@ class State(NamedTuple):
     """A state at which a run ended."""
 
     instant: Fraction  # time since the start [time]
-    positions: np.ndarray  # centres in the box, (n, d) [length]
+    positions: np.ndarray  # centers in the box, (n, d) [length]
     box: tuple[float, ...]  # edges, which a barostat changes [length]
     diameters: np.ndarray  # (n,) [length]
     tilt: float  # tilt of the lattice (``carom.models.Shear``)

@@ -28,7 +28,7 @@ last is long, because the error of its mean is what the temperature misses.
 SAMPLES = 512  # samples of kT in all, in a field, where its integral over time is not known
 
 MOST_LENGTHS = 16.0
-"""An equilibration goes on until the particles have left their neighbourhoods, up to so many lengths."""
+"""An equilibration goes on until the particles have left their neighborhoods, up to so many lengths."""
 
 LEAST_MORE = 0.25  # part of the length so far that it goes on for, at least, before it looks again
 
@@ -158,13 +158,13 @@ def equilibrate(
             if kT is not None:
                 sim.rescale(kT)
             sim.run(collisions=collisions, progress=look)
-        _leave_neighbourhoods(sim, start, collisions, relaxation)
+        _leave_neighborhoods(sim, start, collisions, relaxation)
 
 
-def _leave_neighbourhoods(
+def _leave_neighborhoods(
     sim: Simulation, start: int, collisions: int, relaxation: StructuralRelaxation
 ) -> None:
-    """Run on until the particles have left their neighbourhoods; the run began at a number of collisions."""
+    """Run on until the particles have left their neighborhoods; the run began at a number of collisions."""
     while True:
         moved, needed = relaxation.distances()
         done = sim.collisions - start
@@ -174,7 +174,7 @@ def _leave_neighbourhoods(
         if left < 1.0:
             warnings.warn(
                 f"The particles moved by {moved:.2g} mean spacings in {2.0 * done / sim.n:.3g} collisions "
-                f"per particle, and {needed:g} are needed to leave their neighbourhoods: they are not in "
+                f"per particle, and {needed:g} are needed to leave their neighborhoods: they are not in "
                 "equilibrium. Equilibrate longer, or begin at a lower density.",
                 CaromWarning,
                 stacklevel=4,

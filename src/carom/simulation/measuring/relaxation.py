@@ -35,7 +35,7 @@ class StructuralRelaxation:
         return slow_structure(self._run_state.scene, self._square())
 
     def distances(self) -> tuple[float, float]:
-        """Return how far particles moved, and must move to leave their neighbourhoods [mean spacing], or 0.
+        """Return how far particles moved, and must move to leave their neighborhoods [mean spacing], or 0.
 
         Near freezing that is as in :func:`carom.observables.equilibrium.slow_structure`; below it hard
         particles alone in a periodic box must have left their places. Nothing is asked of crystals, glasses,

@@ -157,7 +157,7 @@ class _Rate:
 
 
 def merged(one: Block, other: Block) -> Block:
-    """Return two neighbouring blocks as one: their sums, and their means weighted with the durations."""
+    """Return two neighboring blocks as one: their sums, and their means weighted with the durations."""
     part = one.duration / (one.duration + other.duration)
     fields = one._asdict().items()
     weights = {name: (part, 1.0 - part) if name in MEANS else (1, 1) for name, _ in fields}

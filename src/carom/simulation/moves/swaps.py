@@ -195,7 +195,7 @@ def _kernel() -> Any:
 def _exchange(radii, order, starts, others, squares, widest, drawn, within, counts):
     """Exchange the radii, and the order, of those pairs drawn that then overlap nobody.
 
-    The neighbours of i are ``others[starts[i] : starts[i + 1]]``, at ``squares`` of distances; at walls and
+    The neighbors of i are ``others[starts[i] : starts[i + 1]]``, at ``squares`` of distances; at walls and
     obstacles there is room for a radius of ``widest``.
     """
     for k in range(len(drawn)):

@@ -160,7 +160,7 @@ class Executive:
         return end is not None and self._fits() and self._run(epoch, start, end, target)
 
     def _fits(self) -> bool:
-        """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
+        """Return whether the box has room for the slabs, with the neighbor scheme that the run has now."""
         neighbors: Any = self.run_state.engine.neighbors
         return self.workers == 1 or self.workers <= most_slabs(neighbors, self.run_state.scene.box)
 

@@ -38,7 +38,7 @@ class Track:
     """The true trajectory, from the oracle."""
 
     times: np.ndarray  # of the samples, (m,) [time]
-    positions: np.ndarray  # centres (m, n, d), up to whole boxes [length]
+    positions: np.ndarray  # centers (m, n, d), up to whole boxes [length]
     collisions: np.ndarray  # so far, at each sample, (m,)
     order: list[tuple[int, int]]  # the pairs that collided
     lyapunov: float  # the largest Lyapunov exponent [1 / time], from a twin moved by 10^-30

@@ -24,7 +24,7 @@ from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 
 UNTUNED = 0.3
-"""Skin of neighbour lists where the CPU time is not measured [diameters]."""
+"""Skin of neighbor lists where the CPU time is not measured [diameters]."""
 
 
 class Motion(Protocol):
@@ -44,7 +44,7 @@ class Motion(Protocol):
         """Return the pairs that collided so far, the smaller index first; None without collisions."""
 
     def positions(self) -> np.ndarray:
-        """Return the centres (n, d), up to whole boxes."""
+        """Return the centers (n, d), up to whole boxes."""
 
     def reversed(self) -> Motion:
         """Return a motion from here with all velocities reversed."""

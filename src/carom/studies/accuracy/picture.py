@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 LOOKS = {
     "event-driven": ("o", paper.INK),
-    "naive": ("s", paper.GREY),
+    "naive": ("s", paper.GRAY),
     "time-driven": ("^", paper.WARM),
-    "pseudo-hard": ("D", "#3b7d4f"),
+    "pseudo-hard": ("D", paper.SERIES[2]),
 }
-"""Marker and colour of each algorithm."""
+"""Marker and color of each algorithm."""
 
 FLOOR = 2.0**-53
 """Position of an error of zero on the logarithmic axis: half a rounding."""
@@ -30,9 +30,7 @@ FLOOR = 2.0**-53
 
 def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     """Draw the error of positions and the bias of Z against speed, and the error of Z against N."""
-    from carom.pictures import importing
-
-    figure = importing.picture()(13.0, 4.2, paper.DPI)
+    figure = paper.figure_of(13.0, 4.2)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:
@@ -50,7 +48,7 @@ def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
         panel.set_xlabel("collisions per CPU second")
     n = np.array([row.n for row in sizes])
     axes[2].loglog(n, [row.relative_error_1s for row in sizes], "o-", color=paper.INK)
-    axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=paper.GREY)
+    axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=paper.GRAY)
     axes[2].set_xlabel("particles")
     axes[2].set_ylabel(r"relative error of $Z$")
     axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=9)
@@ -67,9 +65,9 @@ def _panel(
     for name, members in families(rows).items():
         members.sort(key=lambda k: rates[k])
         x, y = ([values[k] for k in members] for values in (rates, errors))
-        marker, colour = LOOKS[rows[members[0]].algorithm]
-        face = "white" if name == "float32" else colour
-        axes.plot(x, y, marker + "-", color=colour, markerfacecolor=face, lw=0.7, label=name)
+        marker, color = LOOKS[rows[members[0]].algorithm]
+        face = "white" if name == "float32" else color
+        axes.plot(x, y, marker + "-", color=color, markerfacecolor=face, lw=0.7, label=name)
     front = pareto(rates, errors)
     axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=paper.PALE, lw=2, zorder=0)
     axes.set_xscale("log")

@@ -34,7 +34,7 @@ CLEAR = 3.0
 class Row:
     """The figures of one method, on one core; nan where none was measured."""
 
-    method: Annotated[str, Column("", left=True)]
+    method: Annotated[str, Column("", left=True, key=True)]
     algorithm: str
     n_speed: Annotated[int, Column("N")]  # of the scene on which speed, Z and D were measured
     # A CPU second.
@@ -132,7 +132,7 @@ def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]
 class SizeRow:
     """Cost and error of Z at one N; nan without a theory."""
 
-    n: Annotated[int, Column("N")]
+    n: Annotated[int, Column("N", key=True)]
     collisions_per_second: Annotated[float, Column("collisions / s", ".3g")]
     z: float
     error: float
@@ -174,7 +174,7 @@ def size_row(record: dict[str, Any]) -> SizeRow:
 class SamplingRow:
     """Cost and error of g(r) at one sampling interval."""
 
-    interval: Annotated[float, Column("mean free times", "g")]
+    interval: Annotated[float, Column("mean free times", "g", key=True)]
     frames: Annotated[int, Column("frames")]
     contact_error: Annotated[float, _small("error of g(σ+)")]
     g_error: Annotated[float, _small("of g(r)")]  # mean in bins of 0.02 diameters, up to two diameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,6 +18,16 @@ from carom.table import Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+CHOICE = "When to choose it"
+FIRST = (
+    "Speed; collisions a particle until positions are lost; relative bias of Z ± standard error; its error "
+    "after one CPU second"
+)
+REST = (
+    "All figures are in trade.csv, sizes.csv (how many particles) and sampling.csv (how often to sample); "
+    "--report shows them on a page."
+)
+
 VIEWS: dict[str, tuple[str, ...]] = {
     "Speed, memory, faults in a million collisions": (
         "method", "collisions_per_second", "bytes_per_particle", "worst_overlap", "energy_drift",
@@ -27,7 +37,7 @@ VIEWS: dict[str, tuple[str, ...]] = {
         "method", "horizon_order", "horizon_position", "error_1", "back_5", "back_10", "back_20",
     ),
     "Bias, relative, ± standard error": ("method", "z_bias", "contact_bias", "diffusion_bias"),
-    "When to choose it": ("method", "choice"),
+    CHOICE: ("method", "choice"),
     "Relative error after one CPU second": ("method", "n_speed", "z_cost", "diffusion_cost", "diffusion"),
 }  # fmt: skip
 """Columns of the rows of methods that are shown together."""
@@ -107,6 +117,16 @@ class Trade(Study[TradeSpec]):
         """Return what is shown: the rows of methods in five views, sizes, intervals of sampling."""
         views = [Table(Row, self.rows, title, only=names) for title, names in VIEWS.items()]
         return [*views, self.sizes, self.sampling]
+
+    def printed(self) -> list[Table]:
+        """Return speed, horizon and bias of Z of each method, and when to choose it."""
+        first = Table(
+            Row,
+            self.rows,
+            FIRST,
+            only=("method", "collisions_per_second", "horizon_position", "z_bias", "z_cost"),
+        )
+        return [first, replace(self.tables()[list(VIEWS).index(CHOICE)], notes=[REST])]
 
     def sentences(self) -> list[str]:
         """Return the scenes, and the horizon by theory."""

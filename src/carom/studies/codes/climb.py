@@ -1,4 +1,4 @@
-"""Uphill to the next local optimum of the smallest angle, by a sequence of linear programmes."""
+"""Uphill to the next local optimum of the smallest angle, by a sequence of linear programs."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from carom.studies.codes.contacts import ROUNDING, pairs_by_product
 WIDEST, NARROWEST = 2.0**-6, 2.0**-50
 """Largest change of a coordinate in a step, and the one below which a climb ends."""
 
-PROGRAMMES = 200
-"""Linear programmes, at most; some ten are used."""
+PROGRAMS = 200
+"""Linear programs, at most; some ten are used."""
 
 
 def climb(points: np.ndarray) -> np.ndarray:
     """Return points (n, k) at a local maximum of the smallest angle, near those given.
 
-    Linear programmes maximise it at first order, over tangent steps within a bound that shrinks where
+    Linear programs maximize it at first order, over tangent steps within a bound that shrinks where
     curvature cancels the gain (Torquato and Jiao, Phys. Rev. E 82 (2010) 061302).
     """
     x, reach = points, WIDEST
     _, products = pairs_by_product(x)
-    for _ in range(PROGRAMMES):
-        step, gain = _programme(x, reach)
+    for _ in range(PROGRAMS):
+        step, gain = _program(x, reach)
         if step is None or gain <= 0.125 * ROUNDING:
             break
         ahead = x + step
@@ -38,8 +38,8 @@ def climb(points: np.ndarray) -> np.ndarray:
     return x
 
 
-def _programme(x: np.ndarray, reach: float) -> tuple[np.ndarray | None, float]:
-    """Return the step (n, k) of a linear programme, and the expected decrease of the largest product."""
+def _program(x: np.ndarray, reach: float) -> tuple[np.ndarray | None, float]:
+    """Return the step (n, k) of a linear program, and the expected decrease of the largest product."""
     from scipy.optimize import linprog
     from scipy.sparse import coo_matrix
 

@@ -51,7 +51,7 @@ def tiling_diameter(n: int, k: int) -> float:
 
 
 def scene_of(points: np.ndarray, diameter: float) -> Scene:
-    """Return points (n, k) of the unit sphere as caps whose centres touch at a chord of ``diameter``."""
+    """Return points (n, k) of the unit sphere as caps whose centers touch at a chord of ``diameter``."""
     return Scene(0.5 * EDGE + points, box=EDGE, diameter=diameter, motion=GreatCircles())
 
 

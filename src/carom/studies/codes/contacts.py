@@ -53,7 +53,7 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Return the force along each contact (m,) in equilibrium, none negative; all zero where there is none.
 
     Forces on a point must add up to a vector along its radius. Then no small displacement makes all contacts
-    longer (Farkas): the dual of the linear programme that maximises the smallest angle. Of all equilibria it
+    longer (Farkas): the dual of the linear program that maximizes the smallest angle. Of all equilibria it
     is one in which the largest number of contacts bear a force.
     """
     from scipy.optimize import linprog
@@ -68,7 +68,7 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     along = np.vstack([points[j] - product * points[i], points[i] - product * points[j]])
     rows = np.r_[i, j][:, None] * k + np.arange(k)
     columns = np.repeat(np.tile(np.arange(m), 2), k)
-    # Forces f >= s, where s from 0 to 1 is maximised: s = 1 wherever f can be positive.
+    # Forces f >= s, where s from 0 to 1 is maximized: s = 1 wherever f can be positive.
     equal = coo_matrix((along.ravel(), (rows.ravel(), columns)), shape=(n * k, 2 * m))
     solved = linprog(
         np.r_[np.zeros(m), -np.ones(m)],

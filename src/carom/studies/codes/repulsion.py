@@ -15,7 +15,7 @@ FIRST = 4
 """A start begins with one of so many exponents: weak ones order the points, steep ones lead to more codes."""
 
 ITERATIONS = 300
-"""Iterations of each minimisation, at most."""
+"""Iterations of each minimization, at most."""
 
 PLACES = 3000
 """Points of all starts of a seed together, by default."""
@@ -42,13 +42,13 @@ def repelled(
         look()
         x = rng.standard_normal((n, k))
         for exponent in EXPONENTS[rng.integers(FIRST) :]:
-            x, logarithm = _minimised(x, exponent)
+            x, logarithm = _minimized(x, exponent)
         if logarithm < least:
             best, least = x, logarithm
     return best
 
 
-def _minimised(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
+def _minimized(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
     """Return unit vectors at a minimum of :func:`_energy` near those given, and its value there."""
     from scipy.optimize import minimize
 

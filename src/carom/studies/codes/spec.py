@@ -75,7 +75,7 @@ class CodeSpec(Spec):
     )
     hops: int = option(
         integer(low=0),
-        "Hops in each try. A hop moves one to three points into holes and optimises again; a result that "
+        "Hops in each try. A hop moves one to three points into holes and optimizes again; a result that "
         "is not worse is kept.",
         default=20,
     )

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class Row:
     """One try: its code, and whether it is the best one."""
 
-    seed: Annotated[int | None, Column("seed", missing="none")]
-    rate: Annotated[float | None, Column("rate", "g")]
+    seed: Annotated[int | None, Column("seed", missing="none", key=True)]
+    rate: Annotated[float | None, Column("rate", "g", key=True)]
     angle: Annotated[float, Column("angle / degrees", ".9f")]
     contacts: Annotated[int | None, Column("contacts")]
     rattlers: Annotated[int | None, Column("rattlers")]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import theory
+from carom.pictures import paper
 from carom.studies.coefficients.points import Coefficients
 from carom.theory.transport import HIGHEST
 
@@ -33,9 +34,7 @@ def study(rows: list[Coefficients]) -> Figure:
     In two dimensions, where there is no theory of Enskog, and where no coefficient is known yet, the running
     self-diffusion replaces the coefficients.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.6, 4.2), layout="constrained")
+    figure = paper.figure_of(9.6, 4.2)
     left, right = figure.subplots(1, 2)
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
@@ -50,7 +49,7 @@ def study(rows: list[Coefficients]) -> Figure:
 
 def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     """Draw the coefficients of all points over Enskog's."""
-    for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
+    for k, (marker, (name, label)) in enumerate(zip(MARKERS, NAMES.items(), strict=True)):
         points = [
             (row.packing_fraction, c.mean / enskog, c.error / enskog)
             for row in rows
@@ -59,7 +58,17 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
         ]
         if points:
             x, y, e = np.transpose(points)
-            axes.errorbar(x, y, e, fmt=marker, ms=4.5, lw=1.0, capsize=2.0, label=f"{label}, this $N$")
+            axes.errorbar(
+                x,
+                y,
+                e,
+                fmt=marker,
+                ms=4.5,
+                lw=1.0,
+                capsize=2.0,
+                color=paper.shade(k),
+                label=f"{label}, this $N$",
+            )
     infinite = [
         (row.packing_fraction, row.self_diffusion_infinite.mean / row.enskog.self_diffusion)
         for row in rows
@@ -67,12 +76,17 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     ]
     if infinite:
         axes.plot(
-            *np.transpose(infinite), "o", mfc="none", ms=7.0, color="C0", label="self-diffusion, infinite $N$"
+            *np.transpose(infinite),
+            "o",
+            mfc="none",
+            ms=7.0,
+            color=paper.INK,
+            label="self-diffusion, infinite $N$",
         )
         densest = max(row.packing_fraction for row in rows)
         eta = np.linspace(0.0, min(max(0.45, densest), HIGHEST), 100)
-        axes.plot(eta, theory.erpenbeck_wood(eta), color="C0", lw=1.0, label="Erpenbeck and Wood")
-    axes.axhline(1.0, color="0.6", lw=0.8)
+        axes.plot(eta, theory.erpenbeck_wood(eta), color=paper.INK, lw=1.0, label="Erpenbeck and Wood")
+    axes.axhline(1.0, color=paper.GRAY, lw=0.8)
     axes.set_xlabel(r"packing fraction $\eta$")
     axes.set_ylabel("coefficient / Enskog's")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
@@ -104,10 +118,10 @@ def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
                 x, y, e = np.transpose(points)
                 label = rf"$\eta$ = {row.packing_fraction:.3g}" + (f", $N$ = {row.n}" if several else "")
                 label += f", species {species[1:]}" if species else ""
-                axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
+                axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=paper.shade(k), label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
-                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
+                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=paper.shade(k))
     axes.set_xscale("log")
     for which in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
         which(LogFormatter())

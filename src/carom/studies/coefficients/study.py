@@ -44,16 +44,16 @@ def _name(name: str, row: Row) -> str:
 class Row:
     """One coefficient of one point."""
 
-    packing_fraction: Annotated[float, Column("η", ".4g")]
-    n: Annotated[int, Column("N")]
-    quantity: Annotated[str, Column("", _name, left=True)]
+    packing_fraction: Annotated[float, Column("η", ".4g", key=True)]
+    n: Annotated[int, Column("N", key=True)]
+    quantity: Annotated[str, Column("", _name, left=True, key=True)]
     # nan in the plane, where it grows with the window.
     value: Annotated[float, Column("value", error("error", told=True), missing="unknown")]
     error: float
     enskog: Annotated[float, Column("Enskog", ".5g")]
     ratio: Annotated[float, Column("ratio", ".3f")]
     # Times between which the slope was taken.
-    begin: Annotated[float, Column("slope between", _slope, missing="blocks too short for a slope")]
+    begin: Annotated[float, Column("slope between", _slope, missing="blocks too short")]
     end: float
     remark: str
 

@@ -14,14 +14,14 @@ from carom.observables.tessellation import voronoi_bonds
 from carom.scene.overlaps import room_of_frame
 
 REACH = 1.2 * 2 ** (1 / 6)
-"""Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbours of fcc."""
+"""Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbors of fcc."""
 
 MANY = 2048
 """Bonds of Q_6 in one matrix product."""
 
 
 def psi_6(frame: Frame) -> float:
-    """Return the modulus of the mean of psi_6, over the neighbours of the Voronoi tessellation."""
+    """Return the modulus of the mean of psi_6, over the neighbors of the Voronoi tessellation."""
     room = room_of_frame(frame)
     pairs, bonds = voronoi_bonds(room, room.wrapped(frame.positions))
     mean = orders_of(6, frame.n, pairs, bonds.__getitem__).mean(axis=0)

@@ -1,10 +1,11 @@
-"""Pictures of a study: Z, its deviation from theory, the pressure; the order parameter; Z against 1/N."""
+"""Pictures of a study: Z and its deviation from theory; the order parameter; Z against 1/N."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-STYLES = ("-", "--", ":", "-.")
-SIZES = (paper.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
 MARKERS = "osD^v<>ph*"
 CURVE = 200
 """Points of a curve."""
@@ -36,7 +35,7 @@ def study(
     equations: Mapping[str, Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Draw Z, its deviation from theory in standard errors, and the pressure, one below the other.
+    """Draw Z, and below it by how much it lies above theory, with the other theories.
 
     Of the ``equations``, by label, the first is compared with the data.
     """
@@ -44,28 +43,27 @@ def study(
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
     chosen = _equations(result, equations)
+    figure = paper.figure_of(7.0, 6.4 if chosen else 4.2)
     # Without an equation of state there are no deviations to draw.
-    heights = [3.0, 1.6, 2.4] if chosen else [3.0, 2.4]
-    figure = _figure(7.0, 1.2 * sum(heights))
-    panels = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
-    top, bottom = panels[0], panels[-1]
+    heights = [3.0, 2.0] if chosen else [3.0]
+    panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for axes in panels:
         axes.spines[["top", "right"]].set_visible(False)
     species = result.records[0]["result"]["species"]
-    _curves(top, rows, chosen, species, pressure=False)
-    _curves(bottom, rows, chosen, species, pressure=True)
-    _points(top, rows, "Z_infinite", "Z_error", legend=True)
+    top = panels[0]
+    _curves(top, rows, chosen, species)
+    for n, good, some in _marked(rows):
+        values = [row.Z_infinite if math.isfinite(row.Z_infinite) else row.Z for row in some]
+        name = f"measured, $N$ = {n}" + ("" if good else ", flagged")
+        _points(top, rows, n, good, some, values, [row.Z_error for row in some], name)
     if chosen:
-        _deviations(panels[1], rows, next(iter(chosen.items())), compare=equations is not None)
-    _points(bottom, rows, "reduced_pressure", "reduced_pressure_error", legend=False)
+        _deviations(panels[1], rows, chosen, compare=equations is not None)
     top.set_ylabel("compressibility factor $Z$")
-    dimension = rows[0].dimension
-    bottom.set_ylabel(rf"pressure $P\sigma^{dimension}/kT$" if dimension > 1 else r"pressure $P\sigma/kT$")
-    bottom.set_xlabel(r"packing fraction $\eta$")
+    panels[-1].set_xlabel(r"packing fraction $\eta$")
     top.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
     sizes = sorted({row.n for row in rows})
     shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
-    name = kind(dimension, result.spec.scene, mixture=len(species) > 1)
+    name = kind(rows[0].dimension, result.spec.scene, mixture=len(species) > 1)
     top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=paper.TITLE)
     return paper.saved(figure, path)
 
@@ -83,7 +81,7 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
         return None
-    figure = _figure(7.0, 5.6)
+    figure = paper.figure_of(7.0, 5.6)
     top, bottom = figure.subplots(2, 1, sharex=True)
     symbol = {2: r"\psi_6", 3: "Q_6"}[rows[0].dimension]
     for axes in (top, bottom):
@@ -92,12 +90,15 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
         some = [row for row in rows if row.n == n]
         eta = [row.packing_fraction for row in some]
         errors = [row.order_error if math.isfinite(row.order_error) else 0.0 for row in some]
-        style: dict[str, Any] = {"marker": MARKERS[number % len(MARKERS)], "markersize": 4, "linewidth": 1.0}
-        (line,) = top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **style)
-        top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=line.get_color(), capsize=2)
-        bottom.plot(eta, [row.susceptibility for row in some], color=line.get_color(), **style)
+        style: dict[str, Any] = {
+            "marker": MARKERS[number % len(MARKERS)], "color": paper.shade(number), "markersize": 4,
+            "linewidth": 1.0,
+        }  # fmt: skip
+        top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **style)
+        top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=style["color"], capsize=2)
+        bottom.plot(eta, [row.susceptibility for row in some], **style)
         flagged = [row for row in some if not row.equilibrated]
-        hollow = {**style, "color": line.get_color(), "markerfacecolor": "white", "linestyle": "none"}
+        hollow = {**style, "markerfacecolor": "white", "linestyle": "none"}
         for axes, name in ((top, "order"), (bottom, "susceptibility")):
             axes.plot(
                 [row.packing_fraction for row in flagged],
@@ -119,7 +120,7 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
         return None
     columns = min(3, len(fits))
     lines = math.ceil(len(fits) / columns)
-    figure = _figure(3.2 * columns + 0.6, 2.7 * lines + 0.3)
+    figure = paper.figure_of(3.2 * columns + 0.6, 2.7 * lines + 0.3)
     panels = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     for axes, fit in zip(panels, fits, strict=False):
         axes.spines[["top", "right"]].set_visible(False)
@@ -158,12 +159,6 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     return paper.saved(figure, path)
 
 
-def _figure(width: float, height: float) -> Figure:
-    from carom.pictures.importing import picture
-
-    return picture()(width, height, paper.DPI)
-
-
 def _equations(result: Any, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
     """Return the equations of state to draw, by name; the first is compared with the data."""
     own, first = result.equation, result.records[0]
@@ -182,38 +177,23 @@ def _equations(result: Any, given: Mapping[str, Equation] | None) -> dict[str, E
 
 
 def _curves(
-    axes: Axes,
-    rows: Sequence[Row],
-    equations: Mapping[str, Equation],
-    species: Sequence[tuple[float, int]],
-    *,
-    pressure: bool,
+    axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], species: Sequence[tuple[float, int]]
 ) -> None:
-    """Draw theory. The unit of pressure has the largest diameter; the packing fraction has all diameters."""
-    dimension = rows[0].dimension
-    n = sum(count for _, count in species)
-    mean = sum(count * diameter**dimension for diameter, count in species) / n
-    volume = theory.ball_volume(dimension) * mean / max(diameter for diameter, _ in species) ** dimension
-    for state in ("fluid", "solid"):
+    """Draw Z by theory, of the fluid and of the crystal."""
+    shown = {"fluid": dict(equations)}
+    if equations and len(species) == 1:
+        shown["solid"] = _crystals(rows[0].dimension)
+    looks = iter(paper.THEORIES * 4)
+    for state, known in shown.items():
         etas = [row.packing_fraction for row in rows if row.phase == state]
         if not etas:
             continue
-        shown = equations
-        if state == "solid":
-            shown = _crystals(dimension) if equations and len(species) == 1 else {}
-        low = 0.0 if state == "fluid" else min(etas)
-        within = np.linspace(low if low or not pressure else 1e-9, max(etas), CURVE)
-        for (name, equation), style in zip(shown.items(), STYLES * len(shown), strict=False):
+        within = np.linspace(0.0 if state == "fluid" else min(etas), max(etas), CURVE)
+        for (name, equation), (color, style) in zip(known.items(), looks, strict=False):
             eta = within if state == "solid" else within[within <= ENDS.get(name, 1.0)]
-            try:
-                z = np.array([float(equation(float(e))) for e in eta])
-            except InputError:
-                continue
-            values = z * eta / volume if pressure else z
-            colour = paper.GREY if state == "fluid" else paper.WARM
-            axes.plot(
-                eta, values, color=colour, linestyle=style, linewidth=1.1, label=texts.label(name), zorder=2
-            )
+            with contextlib.suppress(InputError):
+                z = [float(equation(float(e))) for e in eta]
+                axes.plot(eta, z, color=color, ls=style, lw=1.1, label=texts.label(name), zorder=2)
 
 
 def _crystals(dimension: int) -> dict[str, Equation]:
@@ -223,58 +203,58 @@ def _crystals(dimension: int) -> dict[str, Equation]:
     return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
 
 
-def of_size(number: int) -> str:
-    """Return the colour for a number of particles by its rank, from the smallest; dark, to show on white."""
-    return SIZES[number % len(SIZES)]
-
-
-def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: bool) -> None:
-    """Draw one quantity; flagged points are hollow."""
-    for number, n in enumerate(sorted({row.n for row in rows})):
+def _marked(rows: Sequence[Row]) -> Iterator[tuple[int, bool, list[Row]]]:
+    """Yield the rows of each size, and of these the good ones and the flagged ones."""
+    for n in sorted({row.n for row in rows}):
         for good in (True, False):
-            some = [row for row in rows if row.n == n and row.equilibrated is good]
-            values = [getattr(row, name) for row in some]
-            if name == "Z_infinite":  # without a finite-size correction, Z of n particles is shown
-                values = [v if math.isfinite(v) else r.Z for v, r in zip(values, some, strict=True)]
-            if not some:
-                continue
-            errors = [e if math.isfinite(e) else 0.0 for e in (getattr(row, error) for row in some)]
-            axes.errorbar(
-                [row.packing_fraction for row in some],
-                values,
-                errors,
-                fmt=MARKERS[number % len(MARKERS)],
-                color=of_size(number),
-                markerfacecolor=of_size(number) if good else "white",
-                markersize=4,
-                capsize=2,
-                linewidth=0.9,
-                zorder=4,
-                label=(f"measured, $N$ = {n}" + ("" if good else ", flagged")) if legend else None,
-            )
+            if some := [row for row in rows if row.n == n and row.equilibrated is good]:
+                yield n, good, some
 
 
-def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *, compare: bool) -> None:
-    """Draw the deviation of every point from theory in standard errors."""
-    axes.axhspan(-1.0, 1.0, color=paper.PALE, alpha=0.35, linewidth=0, zorder=1)
-    axes.axhline(0.0, color=paper.GREY, linewidth=0.8, zorder=2)
-    for number, n in enumerate(sorted({row.n for row in rows})):
-        for row in rows:
-            deviation = row.deviation
-            if compare and row.Z_error > 0.0 and row.phase == "fluid":
-                shift = finite_size_shift(row.phase, row.packing_fraction, n, first[1])
-                infinite = row.Z - shift
-                deviation = (infinite - float(first[1](row.packing_fraction))) / row.Z_error
-            if row.n != n or not math.isfinite(deviation):
-                continue
-            axes.plot(
-                row.packing_fraction, deviation, marker=MARKERS[number % len(MARKERS)],
-                color=of_size(number), markerfacecolor=of_size(number) if row.equilibrated else "white",
-                markersize=4, zorder=4,
-            )  # fmt: skip
-    axes.set_ylabel("(measured − theory)\n/ error", fontsize=9)
-    low, high = axes.get_ylim()
-    limit = max(3.0, abs(low), abs(high))
+def _points(
+    axes: Axes, rows: Sequence[Row], n: int, good: bool, some: Sequence[Row], values: Any, errors: Any,
+    label: str | None = None,
+) -> None:  # fmt: skip
+    """Draw a quantity of some rows of one size; flagged points are hollow."""
+    number = sorted({row.n for row in rows}).index(n)
+    color = paper.shade(number)
+    axes.errorbar(
+        [row.packing_fraction for row in some], values, [e if math.isfinite(e) else 0.0 for e in errors],
+        fmt=MARKERS[number % len(MARKERS)], color=color, markerfacecolor=color if good else "white",
+        markersize=4, capsize=2, linewidth=0.9, zorder=4, label=label,
+    )  # fmt: skip
+
+
+def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], *, compare: bool) -> None:
+    """Draw by how many percent Z of the fluid lies above the first theory, and the other theories do."""
+    (name, first), *others = equations.items()
+    axes.axhline(0.0, color=paper.THEORIES[0][0], linewidth=1.1, zorder=2)
+    seen, bars = [0.0], [0.0]
+    for n, good, some in _marked(rows):
+        kept, values, errors = [], [], []
+        for row in some:
+            infinite, theory = row.Z_infinite, row.theory
+            if compare and row.phase == "fluid":
+                infinite = row.Z - finite_size_shift(row.phase, row.packing_fraction, n, first)
+                theory = float(first(row.packing_fraction))
+            if row.phase == "fluid" and math.isfinite(infinite / theory):
+                kept.append(row)
+                values.append(100.0 * (infinite / theory - 1.0))
+                errors.append(100.0 * row.Z_error / abs(theory))
+        if kept:
+            _points(axes, rows, n, good, kept, values, errors)
+            seen, bars = [*seen, *values], [*bars, *errors]
+    # The data set the axis: a long error bar or another theory may leave it.
+    limit = max(1.3 * float(np.max(np.abs(seen))), 2.0 * float(np.median(bars))) or 1.0
     axes.set_ylim(-limit, limit)
-    if any(row.phase == "fluid" for row in rows):
-        axes.set_title(f"against {texts.label(first[0])}", fontsize=8.5, loc="right", color=paper.GREY)
+    etas = [row.packing_fraction for row in rows if row.phase == "fluid"]
+    for (other, equation), (color, style) in zip(others, paper.THEORIES[1:], strict=False):
+        eta = np.linspace(0.0, max(etas, default=0.0), CURVE)
+        eta = eta[eta <= min(ENDS.get(name, 1.0), ENDS.get(other, 1.0))]
+        with contextlib.suppress(InputError):
+            above = np.array(
+                [100.0 * (float(equation(float(e))) / float(first(float(e))) - 1.0) for e in eta]
+            )
+            above[np.abs(above) > limit] = math.nan
+            axes.plot(eta, above, color=color, ls=style, lw=1.1, zorder=2)
+    axes.set_ylabel(f"above {texts.label(name)} [%]", fontsize=9)

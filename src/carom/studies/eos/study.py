@@ -22,7 +22,7 @@ from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.studies.phase import end
 from carom.table import Column, Table, error
-from carom.texts import counted
+from carom.texts import counted, superscript
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ MOST_NAMED = 6
 class Virial:
     """A virial coefficient fitted to the dilute points, as the page shows it."""
 
-    k: Annotated[int, Column("k")]
+    k: Annotated[int, Column("k", key=True)]
     value: Annotated[float, Column("B_k / v^(k-1)", error("error", told=True))]
     error: float
     known: Annotated[float, Column("published", ".7g")]
@@ -75,8 +75,8 @@ class EquationOfState(GridStudy[StudySpec]):
         """One :class:`Row` for each point, in the order of packing fraction and n."""
         rows = [row(records, self.equation) for records in self.by_point()]
         units = (
-            f"P* = P σ^{self.spec.dimension}/kT, σ the largest diameter. dev. = (infinite - theory) / "
-            "standard error."
+            f"P* = P σ{superscript(self.spec.dimension)}/kT, σ the largest diameter. "
+            "dev. = (infinite - theory) / standard error."
         )
         remarks = [
             f"* η = {each.packing_fraction:.5g}, N = {each.n}: {'; '.join(each.remarks)}"

@@ -71,11 +71,11 @@ class Row:
         Pair collisions of all replicas.
     """
 
-    packing_fraction: Annotated[float, Column("η", ".6g")]
-    n: Annotated[int, Column("N")]
+    packing_fraction: Annotated[float, Column("η", ".6g", key=True)]
+    n: Annotated[int, Column("N", key=True)]
     dimension: int
     phase: str
-    replicas: Annotated[int, Column("runs")]
+    replicas: int
     Z: Annotated[float, Column("Z", error("Z_error", told=True))]
     Z_error: float
     Z_infinite: Annotated[float, Column("infinite", error("Z_error"))]
@@ -85,7 +85,7 @@ class Row:
     theory: Annotated[float, Column("theory", error("Z_error"))]
     deviation: Annotated[float, Column("dev.", "+.1f")]
     chi2: Annotated[float, Column("χ²", ".1f")]
-    drift: Annotated[float, Column("drift", "+.1f")]
+    drift: float
     order: float
     order_error: float
     susceptibility: float

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -40,9 +40,9 @@ MOST_TICKS = 8
 class Row:
     """One point of a study of sheared fluids."""
 
-    packing_fraction: Annotated[float, Column("η", ".4g")]
-    n: Annotated[int, Column("N")]
-    rate: Annotated[float, Column("rate", ".4g")]  # [1 / time]
+    packing_fraction: Annotated[float, Column("η", ".4g", key=True)]
+    n: Annotated[int, Column("N", key=True)]
+    rate: Annotated[float, Column("rate", ".4g", key=True)]  # [1 / time]
     # Of the velocities relative to the stream [energy].
     kT: Annotated[float, Column("kT", error("kT_error", told=True))]
     kT_error: float
@@ -101,6 +101,12 @@ class ShearFlow(GridStudy[ShearSpec]):
         ]
         return Table(Row, rows, notes=[NOTE, *remarks], flagged=lambda each: bool(each.remark))
 
+    def printed(self) -> list[Table]:
+        """Return kT and the viscosity of each point, and below them the stresses, each within 80 columns."""
+        point, flow = ("packing_fraction", "n", "rate"), ("kT", "viscosity", "enskog", "strain")
+        rest = [name for name, _ in self.table.columns() if name not in flow]
+        return [replace(self.table, only=(*point, *flow), notes=()), replace(self.table, only=rest)]
+
     def _at(self, row: Row) -> str:
         """Return the viscosity of a point."""
         value = value_with_error(row.viscosity, row.viscosity_error)
@@ -121,7 +127,7 @@ class ShearFlow(GridStudy[ShearSpec]):
             one = f"rate {row.rate:g}" if one_rate else rf"$\eta$ = {row.packing_fraction:.3g}"
             curves.setdefault(one + f", $N$ = {row.n}" * several, []).append(row)
         for k, (label, rows) in enumerate(curves.items()):
-            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], f"C{k % 10}"
+            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], paper.shade(k)
             axes.errorbar(
                 x, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
                 color=color, label=label,

@@ -41,7 +41,7 @@ MEANS = ("packing_fraction", "jamming_fraction", "rattler_fraction")
 class Row:
     """One packing."""
 
-    seed: Annotated[int, Column("seed")]
+    seed: Annotated[int, Column("seed", key=True)]
     packing_fraction: Annotated[float, Column("packing fraction", ".8f")]
     jamming_fraction: Annotated[float | None, Column("jams at", ".8f", missing="unknown")]
     Z: Annotated[float | None, Column("Z", ".3g", missing="unknown")]

@@ -29,7 +29,7 @@ OF_CRYSTAL = 200.0
 
 APART = 4.0
 """Mean square displacement of the slowest species at the end of the equilibration of a fluid [squared mean
-spacing]. Each particle has then left its cage and its neighbours several times."""
+spacing]. Each particle has then left its cage and its neighbors several times."""
 
 SURE = 80.0
 """Degrees of freedom of an error bar that suffices for a plan: it is known to ``sqrt(1 / 160)``, 8 %."""

@@ -53,7 +53,7 @@ def _time_text(seconds: float, row: object) -> str:
 class Size:
     """The cost of one number of particles."""
 
-    n: Annotated[int, Column("N")]
+    n: Annotated[int, Column("N", key=True)]
     bias: Annotated[float, Column("bias", ".1e")]  # possible one after the correction, in the quantity's unit
     cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger")]
 

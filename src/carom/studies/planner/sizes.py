@@ -8,7 +8,7 @@ from carom import theory
 from carom.studies.planner.system import System
 
 SMALLEST = 64
-"""Smallest number of particles: fewer spheres are neighbours of their own images."""
+"""Smallest number of particles: fewer spheres are neighbors of their own images."""
 
 LARGEST = 10**6
 
