@@ -194,7 +194,7 @@ class Ledge:
 
 @own.drive
 class Kicks:
-    """Kicks along one axis, at equal times."""
+    """Kicks along one axis, the later the faster."""
 
     speed: own.Speed
     interval: own.Time
@@ -202,7 +202,8 @@ class Kicks:
     latest: own.Time = own.memory(0.0)
 
     def next_time(self, i, x, v, time):
-        return (self.kicks[i] + 1 + i / 8) * self.interval
+        later = 0.25 * min(abs(v[0]) / self.speed, 1.0)
+        return max((self.kicks[i] + 1 + i / 8 + later) * self.interval, time)
 
     def kick(self, i, mass, x, v, time):
         self.kicks[i] += 1

@@ -94,6 +94,17 @@ def test_memory_goes_on_in_another_unit_of_time_in_grown_arrays_and_from_a_file(
     run_twins(name, between)
 
 
+@pytest.mark.parametrize("scale", [-30, 30])
+@pytest.mark.parametrize("name", [name for name in refits.ROWS if name[:3] == "own"] + ["units", "loss"])
+def test_code_of_ones_own_is_told_all_in_its_unit_at_any_speed(name, scale, plain):
+    twins = [refits.simulation(name, 2.0**power) for power in (0, scale)]
+    for sim, power in zip(twins, (0, scale), strict=True):
+        sim.run(time=refits.duration(name, 2.0**power, False))
+    assert abs(twins[1]._state.unit.exponent) > 20
+    assert twins[0]._state.unit.exponent == 0
+    refits.assert_alike(*twins, scale)
+
+
 @pytest.mark.parametrize("name", ["loss", "rough", "shear", "langevin"])
 def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
     def between(sim):
