@@ -360,7 +360,11 @@ def loaded(sim, path):
     if isinstance(values["interaction"], Ranges):
         mine["interaction"] = values["interaction"]
     observers = [Sums()] if sim.observers else ()
-    return carom.Simulation.load(path, obstacles=sim.scene.obstacles, observers=observers, **mine)
+    again = carom.Simulation.load(path, obstacles=sim.scene.obstacles, observers=observers, **mine)
+    for one, other in ((sim, again), (sim._state, again._state), (sim._state.clock, again._state.clock)):
+        for name in ("collisions", "time", "counted", "instant", "base", "epoch", "offset", "length"):
+            assert getattr(one, name, None) == getattr(other, name, None), name
+    return again
 
 
 def held(sim):
