@@ -332,7 +332,7 @@ ROWS = {
     ),
     "own interaction": lambda s: (scene(s, interaction=Soft(contact=1.0, least=0.5 * s)), {}),
     "own steps": lambda s: (scene(s, interaction=Stairs(height=-s * s)), {}),
-    "own obstacle": lambda s: (scene(s, walls="y", obstacles=[Ledge(least=0.5 * s)]), OBSERVED),
+    "own obstacle": lambda s: (scene(s, walls="y", obstacles=[Ledge(least=2.0 * s)]), OBSERVED),
     "own motion": lambda s: (scene(s, motion=Drifting(g=s * s)), {}),
     "own drive": lambda s: (scene(s, drive=Kicks(speed=s, interval=STEP / s)), {}),
 }
