@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections import Counter
 
 import pytest
 from helpers import apart
@@ -91,10 +92,27 @@ def pytest_runtest_setup(item):
     skip_without(*needs_of(item) - (item.config.getoption("needing") or set()))
 
 
+def _said(report):
+    """Return why a test or a file was skipped."""
+    said = report.longrepr[2] if isinstance(report.longrepr, tuple | list) else report.longrepr
+    return str(said).removeprefix("Skipped: ")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter):
+    """Tell in one line what was not run, for lack of what."""
+    lacks = Counter(map(_said, terminalreporter.stats.get("skipped", ())))
+    if lacks:
+        why = ", ".join(
+            f"{n} {each if n == 1 else each.replace('needs', 'need')}" for each, n in sorted(lacks.items())
+        )
+        terminalreporter.write_line(f"Tests not run: {why}; see Check in CONTRIBUTING.md.")
+
+
 def _fail_if_skipped(report):
     if report.skipped and not hasattr(report, "wasxfail"):
-        said = str(report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr)
-        if said.removeprefix("Skipped: ") not in map(reason, NEEDS):
+        said = _said(report)
+        if said not in map(reason, NEEDS):
             report.outcome = "failed"
             report.longrepr = f"This was skipped ({said}), and tests/helpers/needs.py has no such reason."
     return report

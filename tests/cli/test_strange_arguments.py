@@ -3,6 +3,7 @@
 import pytest
 from helpers.commands import typed
 from helpers.frames import make_frames, write
+from helpers.options import COMMANDS
 from typer.testing import CliRunner
 
 import carom
@@ -29,6 +30,41 @@ def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_pat
     assert (done.exit_code, type(done.exception)) == (2, SystemExit)
     assert "expected" in done.output or "must be" in done.output
     assert not list(tmp_path.iterdir()), "nothing is begun"
+
+
+NEEDED = {
+    "code": ["5"], "measure": ["start.xyz", "rdf"], "movie": ["start.xyz", "a.mp4"],
+    "export": ["start.xyz", "a.gsd"],
+} | {name: ["start.xyz"] for name in ("info", "view", "resume")}  # fmt: skip
+"""Arguments that a command must have."""
+
+ANY = ("--out", "--scheduler")
+"""Options that take any text: names and addresses."""
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_option_takes_a_value_that_means_nothing(command, tmp_path, monkeypatch):
+    """It is refused in one sentence that says which option it is, before anything is done."""
+    monkeypatch.chdir(tmp_path)
+    lattice = 'Lattice="6 0 0 0 5 0 0 0 4" Properties=species:S:1:pos:R:3'
+    (tmp_path / "start.xyz").write_text(f"2\n{lattice}\nA 1.0 1.0 1.0\nA 3.0 1.0 1.0\n")
+    for parameter in COMMANDS[command].params:
+        option = parameter.opts[0]
+        if parameter.param_type_name == "argument" or parameter.is_flag or option in ANY:
+            continue
+        words = [command, *NEEDED.get(command, ()), option, "no such value"]
+        if (command, option) == ("measure", "--axis"):
+            words[2] = "profile"
+        if command == "plan" and option in ("--target", "--cores"):
+            words += ["--eta", "0.3"]
+        done = CliRunner().invoke(app, words, env={"COLUMNS": "300"})
+        assert (done.exit_code, type(done.exception)) == (2, SystemExit), words
+        said = " ".join(done.output.replace("│", "").split())
+        if command != "resume":  # there is no such folder, either
+            assert "no such value" in said or option.strip("-").replace("-", "_") in said.replace("-", "_")
+        assert "Traceback" not in said
+        assert [each.name for each in tmp_path.iterdir()] == ["start.xyz"]
 
 
 @pytest.mark.parametrize(

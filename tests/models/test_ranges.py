@@ -86,6 +86,38 @@ def assert_counters(sim):
             assert (units.counts[i, c] == expected).all()
 
 
+def note(unit, event):
+    """Writes down all that it is told of a crossing."""
+    if event.cause == ENTERED and unit.memory[0] == 0.0:
+        unit.memory[0], unit.memory[1], unit.memory[2] = 1.0, event.time, event.distance
+        unit.memory[3], unit.memory[4], unit.memory[5] = event.other, event.kind, event.circle
+        for axis in range(2):
+            unit.memory[6 + axis] = event.toward[axis]
+            unit.memory[8 + axis] = event.velocity[axis]
+            unit.memory[10 + axis] = unit.velocity[axis]
+            unit.memory[12 + axis] = unit.position[axis]
+
+
+@pytest.mark.parametrize("power", [0, -30, 30])
+def test_both_units_of_a_crossing_are_told_of_each_other(plain, power):
+    """One stands at 2, the other comes from 4 with speed s along axis 0: it is 1.5 away after 0.5 / s."""
+    s = 2.0**power
+    kinds = [Kind("post", [1.0, 1.5], memory=np.zeros(14)), Kind("scout", [1.5], memory=np.zeros(14))]
+    scene = carom.Scene(
+        [[2.0, 3.0], [4.0, 3.0]], (9.0, 9.0), velocities=[[0.0, 0.125 * s], [-s, 0.125 * s]],
+        species=[1, 0], diameter=0.1, interaction=Ranges(kinds, note),
+    )  # fmt: skip
+    sim = carom.Simulation(scene)
+    sim.run(time=0.75 / s)
+    y = 3.0 + 0.0625
+    assert sim.interaction.memory[0].tolist() == [
+        1.0, 0.5 / s, 1.5, 1, 0, 0, 1.5, 0.0, -s, 0.125 * s, 0.0, 0.125 * s, 2.0, y,
+    ]  # fmt: skip
+    assert sim.interaction.memory[1].tolist() == [
+        1.0, 0.5 / s, 1.5, 0, 1, 1, -1.5, 0.0, 0.0, 0.125 * s, -s, 0.125 * s, 3.5, y,
+    ]  # fmt: skip
+
+
 STRETCHES = np.random.default_rng(2).exponential(0.15, 24).tolist()
 
 

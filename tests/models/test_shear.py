@@ -13,12 +13,14 @@ from helpers.neighbors import lists_of
 from helpers.sheared import Naive
 
 import carom
+from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors import grid
 from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
+from carom.models.motions.shear import LONGEST_STRAIN, Sheared, start_tilt
 from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
 from carom.simulation.measuring.readings import momentum_flux
@@ -100,6 +102,60 @@ def test_lists_hold_everybody_who_comes_near_in_their_window(make):
         assert abs(sim.frame().tilt - tilt) <= lists.window.half
         assert listed_now(sim) == near_in_window(sim)
     assert len(seen) > 2
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(("box", "rate", "neighbors"), [
+    ((24.0, 7.0), -4.0, "sectors"), ((24.0, 8.0), 8.0, "lists"), ((7.0, 24.0), 8.0, "sectors"),
+])  # fmt: skip
+def test_nobody_overlaps_in_a_fast_stream_and_a_long_box(box, rate, neighbors):
+    scene = carom.Scene.random(96, box=box, seed=1, motion=Shear(rate))
+    sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=neighbors))
+    start = sim.frame().tilt
+    sim.run(time=1.2 / abs(rate))
+    assert sim.collisions > 2 * 96
+    assert sim.statistics.worst_overlap < 1e-12
+    # Another look, at all pairs: the lattice has tilted over several epochs.
+    frame = sim.frame()
+    turns = (frame.tilt - start - math.copysign(1.2, rate)) * box[1] / box[0]  # the lattice may be laid anew
+    assert turns == pytest.approx(round(turns), abs=1e-9)
+    first, second = np.triu_indices(96, 1)
+    up = frame.positions[second] - frame.positions[first]
+    turns = np.rint(up[:, 1] / box[1])
+    up -= turns[:, None] * np.array([frame.tilt * box[1], box[1]])
+    up[:, 0] -= np.rint(up[:, 0] / box[0]) * box[0]
+    assert np.hypot(*up.T).min() > 1.0 - 1e-12
+
+
+def test_a_flight_in_a_tilting_lattice_ends_at_the_end_of_its_cell():
+    rng = np.random.default_rng(1)
+    for rate in (-8.0, -0.5, 4.0, 8.0):
+        motion = Sheared(rate, 3.0, np.array([rng.uniform(-1.5, 1.5)]))
+        for axis in (0, 1):
+            for _ in range(20):
+                row = np.zeros((), [("x", "f8", 2), ("v", "f8", 2), ("t", "f8")]).view(np.recarray)
+                row.x, row.v, row.t = rng.uniform(2.0, 3.0, 2), rng.normal(size=2), rng.uniform(0.0, 0.01)
+                now = float(row.t) + rng.uniform(0.0, 0.01)
+                low, high = row.x[axis] - 0.5, row.x[axis] + 0.5
+                t, up = exit_time_at(motion, axis, row, now, low, high)
+                times = now + t * np.linspace(0.0, 1.0, 33)
+                way = np.array([position_at(motion, axis, row.x, row.v, s - row.t, s) for s in times])
+                assert way[-1] == pytest.approx(high if up else low, rel=1e-12)
+                assert ((low < way[:-1]) & (way[:-1] < high)).all()
+
+
+def test_a_lattice_stretches_no_more_than_it_is_told_and_that_much():
+    """A way of length 1 in space, in the coordinates of the lattice, at all tilts of an epoch."""
+    ways = np.exp(2j * np.pi * np.linspace(0.0, 1.0, 4001))
+    for box, rate in itertools.product([(24.0, 7.0), (7.0, 24.0), (6.0, 6.0)], (-4.0, 4.0)):
+        tilts = [
+            start_tilt(Shear(rate, tilt), box) + LONGEST_STRAIN * part
+            for tilt, part in itertools.product(np.linspace(-9.0, 9.0, 2000), (-1, 1))
+        ]
+        longest = max(np.abs(ways.real - tilt * ways.imag).max() for tilt in (min(tilts), max(tilts)))
+        told = Shear(rate).stretch(box)
+        assert 0.99 * told[0] < longest <= told[0]
+        assert told[1:] == (1.0,)
 
 
 def listed_now(sim):

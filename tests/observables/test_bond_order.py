@@ -8,7 +8,6 @@ import pytest
 from helpers import frames
 
 import carom
-from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import BondOrder, tessellation
@@ -223,26 +222,6 @@ def test_what_a_sheared_box_does_not_have_says_why(observable, why):
         observable.over([sheared])
 
 
-def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
-    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
-    on_the_way, profile = BondOrder(reach=1.5), carom.DensityProfile(bins=8)
-    with io.open(tmp_path / "run.h5md", "w") as trajectory:
-        for frame in sim.sample(every=0.5, count=20):
-            trajectory.write(frame)
-            on_the_way.add(frame)
-            profile.add(frame)
-    later, again = BondOrder(reach=1.5), carom.DensityProfile(bins=8)
-    with io.open(tmp_path / "run.h5md") as trajectory:
-        for frame in trajectory:
-            later.add(frame)
-            again.add(frame)
-    one, two = on_the_way.result(), later.result()
-    assert (one.local_order, one.global_order) == (two.local_order, two.global_order)
-    assert one.local_order.error > 0.0
-    assert one.neighbors.mean == two.neighbors.mean > 3.0
-    assert profile.result() == again.result()
-
-
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
@@ -255,8 +234,6 @@ def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
 def test_what_cannot_be_is_refused(settings, says):
     with pytest.raises(InputError, match=says):
         measured(gas(200, 2, 1), **settings)
-    with pytest.raises(InputError, match="No frame"):
-        BondOrder().result()
 
 
 def test_the_error_of_a_correlation_is_that_of_a_ratio_of_sums():

@@ -102,11 +102,6 @@ def test_what_it_cannot_measure_is_refused():
         one(carom.Scene.random(20, 0.2, 2, seed=1))
     with pytest.raises(InputError, match="12 neighbors"):
         Crystallinity().over([at_rest(carom.Scene.random(5, 0.1, seed=1), periodic=(False,) * 3)])
-    with pytest.raises(InputError, match="No frame"):
-        Crystallinity().result()
-    scenes = [carom.Scene.random(n, 0.1, seed=1) for n in (20, 21)]
-    with pytest.raises(InputError, match="the first one"):
-        Crystallinity().over([frame_of(scene.positions, scene.box) for scene in scenes])
 
 
 def test_the_result_is_a_table_a_picture_and_a_file(tmp_path):

@@ -75,6 +75,18 @@ def test_errors_of_independent_samples_are_never_far_too_small():
     assert np.mean(errors > 1.5) < 0.05
 
 
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("n", [2, 3, 4, 6, 8, 12])
+def test_errors_of_few_independent_samples_are_no_smaller_than_their_scatter(n):
+    estimates = [blocking(x) for x in np.random.default_rng(n).standard_normal((1000, n))]
+    relative = math.sqrt(n) * np.array([e.error for e in estimates])
+    # The median of the error of two is that of a normal deviate, 0.67; 0.05 are three errors of a median.
+    assert np.median(relative) > 0.62
+    assert np.mean(relative**2) > 1.0 - SIX_SIGMA * math.sqrt(2.0 / (1000 * (n - 1)))
+    low, high = np.transpose([e.confidence(0.95) for e in estimates])
+    assert np.sum((low <= 0.0) & (high >= 0.0)) >= accepted(0.95, 0.0, 0.05, 1000)[0]
+
+
 def test_anticorrelated_samples_count_for_more_than_their_number():
     a = -0.5
     estimate = blocking(autoregressive(np.random.default_rng(3), a, 4096, 1)[0])

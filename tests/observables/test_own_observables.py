@@ -143,6 +143,55 @@ def test_an_observer_of_events_has_an_error_bar(plain):
     assert gas.measure(Angles(), time=12.0, blocks=16).blocks == 16
 
 
+@own.observer
+class Counts:
+    """The number of collisions, and when the last was."""
+
+    contacts = own.memory(0)
+    latest = own.memory(0.0)
+
+    def at_pair(self, event):
+        self.contacts[event.i] += 1
+        self.latest[event.i] = event.time
+
+
+@pytest.mark.filterwarnings("ignore:Fewer than")
+def test_an_observer_of_the_run_is_told_all_before_in_and_after_what_is_measured(plain):
+    scene = carom.Scene.random(12, 0.2, 2, seed=1)
+    sim = carom.Simulation(scene, seed=1, observers=[Counts(), Counts()])
+    alone = carom.Simulation(scene, seed=1)
+
+    def assert_told():
+        first, second = sim.observers
+        assert first.contacts.sum() == second.contacts.sum() == sim.collisions > 0
+        assert (first.latest == second.latest).all()
+
+    sim.run(time=0.25)
+    assert_told()
+    for observables in (
+        [Counts()], [Energies(), Counts()], [carom.PressureTensor(), Counts()],
+        [carom.DensityProfile(axis=0, bins=4), Counts()],
+    ):  # fmt: skip
+        before = sim.collisions
+        found = sim.measure(*observables, time=0.75, blocks=4)
+        mine = found[-1] if len(observables) > 1 else found
+        assert mine.contacts.sum() == sim.collisions - before > 0
+        assert_told()
+        sim.run(time=0.25)
+        assert_told()
+    with pytest.raises(ZeroDivisionError):
+        sim.measure(Counts(), Fails(), time=1.0)
+    sim.run(time=0.25)
+    assert_told()
+    alone.run(time=sim.time)
+    np.testing.assert_array_equal(alone.positions, sim.positions)
+
+
+class Fails:
+    def add(self, block):
+        raise ZeroDivisionError
+
+
 def test_a_number_of_collisions_is_as_good_as_a_time(sim):
     assert len(sim.measure(Displacements(), collisions_per_particle=20, blocks=4)) == 5
 

@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pytest
 from helpers.drawn import strange_bars
-from helpers.frames import write
 from helpers.plain import uncompiled
 
 import carom
@@ -67,6 +66,30 @@ KINDS = (
 )  # fmt: skip
 
 
+def flights_lines(found):
+    for k, each in enumerate(found.free_time):
+        seen, rate = each.density > 0.0, found.collision_rate[k]
+        yield each.middle[seen], each.density[seen]
+        yield each.middle[seen], rate * np.exp(-rate * each.middle[seen])
+
+
+LINES = {
+    "StructureFactorResult": lambda found: [(found.k, found.S)],
+    "DynamicsResult": lambda found: [
+        (found.times, found.mean_square),
+        # That of one component of v; then the plateau of the running diffusion.
+        (found.times, 2 * found.velocity_square.mean * found.times**2),
+        (found.times, 4 * found.running_diffusion[-1] * found.times),
+    ],
+    "BondOrderResult": lambda found: [
+        np.array((found.middle, found.correlation))[:, np.isfinite(found.correlation)]
+    ],
+    "FreeFlightsResult": lambda found: list(flights_lines(found)),
+    "PressureProfileResult": lambda found: [(found.middle, found.tensor[:, a, a]) for a in (1, 0)],
+}
+"""Numbers of the lines of each picture in the plane, in order."""
+
+
 @pytest.mark.parametrize("k", range(len(KINDS)), ids=KINDS)
 class TestEveryResult:
     @pytest.fixture
@@ -121,6 +144,17 @@ class TestEveryResult:
         count, strange = strange_bars(axes, result)
         assert not strange
         assert count >= (2 if KINDS[k] == "ShearModuliResult" else 3)
+
+    def test_draws_lines_through_its_numbers(self, result, k):
+        if KINDS[k] not in LINES:
+            return
+        (axes,) = result.plot().axes
+        right = LINES[KINDS[k]](result)
+        curves = [line for line in axes.lines if len(line.get_xdata()) > 2]
+        assert len(curves) == len(right)
+        for line, (x, y) in zip(curves, right, strict=True):
+            np.testing.assert_allclose(line.get_xdata(), x, rtol=1e-12)
+            np.testing.assert_allclose(line.get_ydata(), y, rtol=1e-12)
 
     def test_draws_itself(self, result, k, tmp_path):
         if KINDS[k] == "EnergyResult":
@@ -239,24 +273,6 @@ def test_without_pandas_a_table_is_a_sentence(found, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match="pip install pandas"):
         found[0].to_dataframe()
-
-
-def test_frames_of_a_list_a_file_and_a_folder_are_the_same(tmp_path):
-    sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1), seed=1)
-    frames = list(sim.sample(every=0.5, count=12))
-    path = tmp_path / "run" / "trajectory.h5md"
-    path.parent.mkdir()
-    write(path, frames)
-    g = carom.RDF(rmax=2.0)
-    right = g.over(frames)
-    assert g.over(iter(frames)) == g.over(path) == g.over(str(path.parent)) == right
-    with carom.io.open(path) as reader:
-        assert g.over(reader) == right
-    with pytest.raises(FileError, match="folder without a trajectory"):
-        g.over(tmp_path)
-    for wrong in (3, frames[0], [1.0]):
-        with pytest.raises(InputError, match="frames must"):
-            g.over(wrong)
 
 
 def test_a_result_of_estimates_alone_has_a_default_text():

@@ -7,7 +7,7 @@ from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
-from carom.observables import RDF, DensityProfile, Dynamics
+from carom.observables import RDF, DensityProfile
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -68,21 +68,6 @@ def test_running_coordination_counts_the_shells_of_a_crystal():
     assert number[between] == pytest.approx(12.0, rel=1e-9)
     second = np.searchsorted(found.edges[1:], 1.55 * nearest)
     assert number[second] == pytest.approx(18.0, rel=1e-9)
-
-
-def test_several_observables_share_one_pass_and_g_of_r_is_that_of_stored_frames():
-    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
-    pairs, moved, profile = RDF(rmax=2.0), Dynamics(), DensityProfile(bins=4)
-    frames = []
-    for frame in sim.sample(every=0.25, count=20):
-        frames.append(frame)
-        for each in (pairs, moved, profile):
-            each.add(frame)
-    stored = carom.RDF(rmax=2.0).over(frames)
-    assert (pairs.result().g == stored.g).all()
-    assert (pairs.result().error == stored.error).all()
-    with pytest.raises(InputError, match="No frame"):
-        RDF().result()
 
 
 def test_error_bars_of_running_coordination_are_the_scatter_of_runs():

@@ -50,7 +50,8 @@ def test_three(): ...
 def test_a_skip_that_is_not_on_the_list_is_a_failure(tmp_path):
     said = inner_pytest(tmp_path, SKIPS)
     assert "1 failed, 1 passed, 1 skipped" in said, said
-    assert "This was skipped (Skipped: no time), and tests/helpers/needs.py has no such reason." in said
+    assert "This was skipped (no time), and tests/helpers/needs.py has no such reason." in said
+    assert "\nTests not run: 1 needs OVITO; see Check in CONTRIBUTING.md.\n" in said
 
 
 def test_what_is_asked_for_is_run_alone_and_not_skipped(tmp_path):

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import carom.io
 from carom.cli import app
 from carom.declared import fields_of
-from carom.errors import FileError, InputError, OverlapError
+from carom.errors import CaromWarning, FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
@@ -249,6 +249,55 @@ def test_a_scene_starts_from_a_frame_of_a_file(tmp_path):
     assert warmer.build_scene().velocities is None
     assert (plan.run.kT, warmer.run.kT) == (None, 2.0)
     assert SceneFile.from_toml(plan.to_toml()) == plan
+
+
+XYZ = """3
+Lattice="6 0 0 0 5 0 0 0 4" Properties=species:S:1:pos:R:3{more} pbc="T T T"
+A 1.0 1.0 1.0{v}
+A 3.0 1.0 1.0{v}
+A 1.0 3.0 1.0{v}
+"""
+DUMP = """ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+3
+ITEM: BOX BOUNDS pp pp pp
+0 6
+0 5
+0 4
+ITEM: ATOMS id type x y z{more}
+1 1 1.0 1.0 1.0{v}
+2 1 3.0 1.0 1.0{v}
+3 1 1.0 3.0 1.0{v}
+"""
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize(
+    ("name", "text", "columns"),
+    [
+        ("start.xyz", XYZ, ":vel:R:3"),
+        ("start.extxyz", XYZ, ":velocities:R:3"),
+        ("start.dump", DUMP, " vx vy vz"),
+    ],
+)
+def test_a_start_from_the_file_of_another_program_moves(name, text, columns, tmp_path):
+    """Its velocities are those of the file, or drawn, where it has none or a temperature is given."""
+    path = tmp_path / name
+    spec = SceneSpec(file=str(path), diameter=1.0)
+    path.write_text(text.format(more="", v=""))
+    with pytest.warns(CaromWarning, match="no velocities"):
+        drawn = spec.build(1)
+    assert drawn.velocities is None
+    np.testing.assert_array_equal(drawn.positions, [[1.0, 1.0, 1.0], [3.0, 1.0, 1.0], [1.0, 3.0, 1.0]])
+    sim = carom.Simulation(drawn, seed=1)
+    assert sim.kT == pytest.approx(1.0)
+    assert (sim.velocities != 0.0).all()
+    path.write_text(text.format(more=columns, v=" 0.5 -0.25 0.125"))
+    with pytest.warns(CaromWarning, match="assumed a mass of 1"):
+        given, drawn = spec.build(1), spec.build(1, kT=2.0)
+    np.testing.assert_array_equal(given.velocities, [[0.5, -0.25, 0.125]] * 3)
+    assert drawn.velocities is None
 
 
 def test_a_missing_folder_binary_or_large_file_is_refused(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 import carom
 from carom.errors import BusyError, CaromWarning, FileError, InputError
-from carom.models import Ball
+from carom.models import Ball, Segment, Wall
 from carom.simulation.measuring import stretches
 from carom.simulation.run_loop import advance
 
@@ -103,6 +103,31 @@ def test_hits_of_several_obstacles_are_counted_together(tmp_path):
         advance(plain._state, None, sim._state.clock.instant)
     assert (tmp_path / "events.h5").stat().st_size == (tmp_path / "plain.h5").stat().st_size
     assert bits(plain) == bits(sim)
+
+
+MIXED = (
+    Ball((1.5, 6.5), 0.5, "post"),
+    Segment((4.2, 1.6), (5.0, 1.6), 0.2, "bar"),
+    DOOR,
+    Segment((4.2, 6.4), (5.0, 6.4), 0.2, "rail"),
+    Ball((1.5, 1.5), 0.5, impact=0.9),
+)  # of three kinds, not in the order in which the engine puts kinds
+
+
+@pytest.mark.parametrize("k", range(len(MIXED)))
+def test_a_run_ends_at_that_obstacle_and_at_no_other_beside_walls_with_properties(plain, k):
+    walls = {"y_low": Wall(impact=0.9), "y_high": Wall(kT=1.0, seed=3)}
+    scene = carom.Scene.random(12, box=(6.0, 8.0), seed=1, walls=walls, obstacles=MIXED)
+    ends = []
+    for until in (carom.hit(MIXED[k]), carom.hit(MIXED[k].name)):
+        sim = carom.Simulation(scene, seed=2)
+        sim.run(until=until, time=50.0)
+        first = {each.name: each.hits for each in sim.obstacles[2:]}
+        assert first[MIXED[k].name] == 1
+        gaps = MIXED[k].gap(sim.positions, np.full(12, 0.5), scene.box, scene.periodic)
+        assert abs(gaps.min()) < 1e-13 * max(scene.box)
+        ends.append(bits(sim))
+    assert ends[0] == ends[1]
 
 
 def test_a_run_whose_limit_comes_before_the_hit_ends_there(plain):

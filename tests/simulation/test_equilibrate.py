@@ -60,9 +60,11 @@ def test_a_crystal_below_freezing_goes_on_until_it_has_melted():
 
 def test_near_freezing_it_says_where_it_gave_up():
     sim = carom.Simulation(carom.Scene.crystal(cells=(6, 4), dimension=2, packing_fraction=0.69), seed=1)
-    with pytest.warns(CaromWarning, match="not in equilibrium"):
-        sim.equilibrate(collisions_per_particle=2)
-    assert sim.collisions == 16 * sim.n  # 16 times as long
+    for _ in range(2):  # however long the run was before
+        before = sim.collisions
+        with pytest.warns(CaromWarning, match="not in equilibrium"):
+            sim.equilibrate(collisions_per_particle=2)
+        assert sim.collisions - before == 16 * sim.n  # 16 times as long
 
 
 def test_a_crystal_beyond_freezing_is_left_in_its_cages():

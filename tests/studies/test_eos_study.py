@@ -432,6 +432,26 @@ def test_what_has_not_equilibrated_is_flagged():
         (row,) = rows_of_records(records)
         assert row.remarks == (remark,)
         assert not row.equilibrated
+    # One replica of three is enough, wherever it stands.
+    sound = {"random": [made(noise, replica=k) for k in (7, 8)]}
+    sound["fcc"] = [made(noise, eta=0.6, initial="fcc", moved=0.1, replica=k) for k in (7, 8)]
+    for remark in ("particles are where they began", "the crystal has melted"):
+        (record,) = cases[remark]
+        others = sound[record["task"]["scene"]["initial"]]
+        for place in range(3):
+            row = table.row([*others[:place], record, *others[place:]])
+            assert remark in row.remarks
+        assert row.moved == min(each["result"]["moved"] for each in (record, *others))
+    short = made(noise)
+    short["result"]["Z"] = short["result"]["Z"] | {"n_eff": 3.0}
+    assert table.row([*sound["random"], short]).remarks == ("too short for an error bar",)
+    assert table.row(
+        [sound["random"][0], made(noise) | {"result": made(noise)["result"] | {"relaxed": False}}]
+    ).remarks
+    differ = [made(noise, replica=k) for k in range(3)]
+    for k, remarks in enumerate(((), ("species differ in temperature",))):  # one of several may, by chance
+        differ[k]["result"]["species_differ"] = True
+        assert table.row(differ).remarks == remarks
     for records in ([made(noise)], [made(noise, eta=0.6, initial="fcc", moved=0.1)]):
         (row,) = rows_of_records(records)
         assert row.equilibrated, row.remarks

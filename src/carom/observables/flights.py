@@ -88,7 +88,7 @@ class FreeFlightsResult(Result):
     normal_speed : dict of Distribution
         Relative normal speed of two that collide [length / time], by the numbers of their species.
     collision_rate, collision_rate_error : (K,) arrays
-        Collisions of one particle per time, of each species.
+        Collisions of one particle, of each species [1 / time].
     return_probability, return_probability_error : (K,) arrays
         Probability that the next partner of a particle is its previous one, of each species. Two isolated
         hard spheres never collide twice; a third one must send one of them back. The probability therefore

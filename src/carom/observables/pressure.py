@@ -214,7 +214,7 @@ class PressureResult(OneNumber):
     Z : Estimate
         The compressibility factor P V / (n kT), canonical, of n particles.
     collision_rate : Estimate
-        Collisions of one particle per time; each collision counts for both partners.
+        Collisions of one particle [1 / time]; each collision counts for both partners.
     reduced_pressure : Estimate
         P sigma^d / kT; in a mixture sigma is the largest diameter.
     contact_value : Estimate
@@ -229,8 +229,10 @@ class PressureResult(OneNumber):
         Number of particles, and of dimensions.
     packing_fraction : float
         Packing fraction.
-    block_durations, block_values : tuple of float
-        Duration [time] and Z of each block.
+    block_durations : tuple of float
+        Duration of each block [time].
+    block_values : tuple of float
+        Z of each block.
     simple : bool
         Whether all particles are equal and elastic, and alone in a periodic box.
     kT : float

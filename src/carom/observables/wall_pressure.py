@@ -142,7 +142,7 @@ class WallPressureResult(OneNumber):
     area : float
         Area by which the force was divided [length^(d-1)].
     block_values, block_durations : tuple of float
-        Pressure and duration [time] of each block.
+        Pressure [energy / length^d] and duration [time] of each block.
     """
 
     pressure: Estimate

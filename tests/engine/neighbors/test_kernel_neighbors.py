@@ -110,7 +110,12 @@ def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it
     leaves = skins / (np.linalg.norm(engine.state.rows["v"][:60], axis=1) + rates)
     assert (engine.state.crossing_time <= leaves).all()
     assert (engine.state.crossing_time > 0.49 * leaves).all()
-    assert skin_at(engine.neighbors.bounds, 0, 1e9)[0] > 0.0  # outgrown: times are divided by it
+    bounds, half = engine.neighbors.bounds, 0.5 * skins / rates
+    for i in range(60):  # half of it is grown over in this time
+        assert skin_at(bounds, i, half[i])[0] == pytest.approx(
+            (1.0 - 0.5 * bounds.slack) * skins[i], rel=1e-9
+        )
+    assert skin_at(bounds, 0, 1e9)[0] > 0.0  # outgrown: times are divided by it
 
 
 @pytest.mark.usefixtures("plain")

@@ -23,7 +23,7 @@ LADDER = Steps([1.0, 1.25, 1.6], [math.inf, 0.5, -1.0])
 def cluster(dimension=2, seed=3):
     """Return unlike particles with steps in the middle of a box that nobody leaves, with a drift."""
     rng = np.random.default_rng(seed)
-    n, wide, box = 20, 7.0, 80.0
+    n, wide, box = 12, 5.5, 80.0
     small = carom.Scene.random(n, dimension=dimension, box=(wide,) * dimension, diameter=1.0, seed=seed)
     return carom.Scene(
         small.positions + 0.5 * (box - wide),
@@ -51,20 +51,20 @@ def position_moments(frame, drift):
     return np.einsum("i,ia,ib->ab", m, x, v), energies @ x
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("both_ways")
 def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
     scene = cluster()
     drift = scene.masses @ scene.velocities / scene.masses.sum()
     sim = carom.Simulation(scene, observers=[HelfandCurrents()], seed=0)
     frames = []
-    found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
+    found = sim.helfand(every=0.05, count=21, look=frames.append, look_every=5)
     assert (sim.interaction.events[1:3, 1:3].sum(axis=1) > 5).all()  # crossings in and out of both steps
     before = position_moments(frames[0], drift)
-    tolerance = 1000 * EPS * 80.0 * 20 * 10.0  # coordinates, components and energies of some 80, 20 and 10
+    tolerance = 1000 * EPS * 80.0 * 12 * 10.0  # coordinates, components and energies of some 80, 12 and 10
     for k, frame in enumerate(frames):
         after = position_moments(frame, drift)
-        assert found.stress[:, 10 * k].sum(axis=0) == pytest.approx(after[0] - before[0], abs=tolerance)
-        assert found.heat[:, 10 * k].sum(axis=0) == pytest.approx(after[1] - before[1], abs=tolerance)
+        assert found.stress[:, 5 * k].sum(axis=0) == pytest.approx(after[0] - before[0], abs=tolerance)
+        assert found.heat[:, 5 * k].sum(axis=0) == pytest.approx(after[1] - before[1], abs=tolerance)
 
 
 def fluid(**settings):
@@ -74,13 +74,13 @@ def fluid(**settings):
     return carom.Simulation(scene, seed=2, kT=2.0, **settings)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("both_ways")
 def test_currents_leave_no_trace_in_a_run_with_steps():
     plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
-    counted.helfand(every=0.01, count=50)
+    counted.helfand(every=0.01, count=10)
     plain.run(time=counted.time)
     assert (plain.frame().velocities == counted.frame().velocities).all()
-    assert plain.collisions == counted.collisions > 200
+    assert plain.collisions == counted.collisions > 30
 
 
 @pytest.mark.usefixtures("both_ways")
