@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import math
 
 import ase.io
 import MDAnalysis
