@@ -223,7 +223,13 @@ class WithFunctionsOfNumbers(Floor):
     def encounter(self, x, v, radius, growth):
         angle = math.atan2(x[1], x[0] + 0.1)
         size = np.sqrt(x[0] * x[0] + x[1] * x[1])
-        return math.sin(angle) + np.floor(size % 9.0) + math.copysign(radius, v[0]) + round(angle) + np.sign(v[1])
+        return (
+            math.sin(angle)
+            + np.floor(size % 9.0)
+            + math.copysign(radius, v[0])
+            + round(angle)
+            + np.sign(v[1])
+        )
 
 
 @own.obstacle
