@@ -1,4 +1,4 @@
-"""Models of one's own in every way in which somebody may write them: compiled they answer as in plain Python."""
+"""Models of one's own in many ways: compiled they answer as in plain Python."""
 
 import linecache
 import math
@@ -12,7 +12,6 @@ from helpers.scripts import python
 from helpers.twins import FINITE, assert_twins
 from hypothesis import given
 
-import carom
 from carom.models import own
 from carom.models.questions.obstacle import encounter
 
@@ -232,6 +231,21 @@ class WithFunctionsOfNumbers(Floor):
         )
 
 
+class WithText(NamedTuple):
+    """One kind of code for each text."""
+
+    kind: str = "soft"
+
+    def model(self):
+        return self
+
+
+@encounter.register
+def _(obstacle: WithText, x, v, radius, growth):
+    factor = 2.0 if obstacle.kind == "soft" else 3.0
+    return factor * radius if obstacle.kind != "none" else own.NEVER
+
+
 @own.obstacle
 class WithNothing(Floor):
     height: float
@@ -260,6 +274,9 @@ WAYS = (
     WithConditions(1.0),
     WithAccumulators(1.0),
     WithFunctionsOfNumbers(1.0),
+    WithText(),
+    WithText("hard"),
+    WithText("none"),
     WithNothing(1.0),
 )
 
