@@ -276,6 +276,13 @@ def models(a, b):
     )
 
 
+def by_names(a, b):
+    row, point = (), Point(a + 0.5, b + 0.5)
+    for name in ("y", "x"):
+        row = (*row, getattr(point, name))
+    return row
+
+
 def asserted(a, b):
     assert a < 1000, "too large"
     return a if a else b
@@ -301,6 +308,7 @@ FLOWS = (
     joined,
     calls,
     models,
+    by_names,
     asserted,
 )
 

@@ -1,4 +1,4 @@
-"""What models of one's own take from another module: functions, constants, an enumeration, a tuple with methods."""
+"""What models of one's own take from another module: functions, constants, an enumeration, tuples."""
 
 import enum
 import math

@@ -1,4 +1,4 @@
-"""Models of one's own in every way in which somebody may write them: compiled they answer as in plain Python."""
+"""Models of one's own in many ways: compiled they answer as in plain Python."""
 
 import linecache
 import math
@@ -229,6 +229,24 @@ class WithFunctionsOfNumbers(Floor):
             + round(angle)
             + np.sign(v[1])
         )
+<<<<<<< HEAD
+=======
+
+
+class WithText(NamedTuple):
+    """One kind of code for each text."""
+
+    kind: str = "soft"
+
+    def model(self):
+        return self
+
+
+@encounter.register
+def _(obstacle: WithText, x, v, radius, growth):
+    factor = 2.0 if obstacle.kind == "soft" else 3.0
+    return factor * radius if obstacle.kind != "none" else own.NEVER
+>>>>>>> fronttests
 
 
 @own.obstacle
@@ -259,6 +277,9 @@ WAYS = (
     WithConditions(1.0),
     WithAccumulators(1.0),
     WithFunctionsOfNumbers(1.0),
+    WithText(),
+    WithText("hard"),
+    WithText("none"),
     WithNothing(1.0),
 )
 

@@ -1,6 +1,6 @@
 """Arguments as compiled code takes them: one block of 8-byte words, of which the first names room for answers.
 
-Models, tuples and None are no words: code is compiled for their types. An array is the address of its first
+Models, tuples, text and None are no words: code is compiled for their types. An array is the address of its first
 element and its lengths. Whoever calls holds the arrays for as long.
 """
 
@@ -20,6 +20,7 @@ from carom.compiling.language import (
     POINTER,
     UINT64,
     Array,
+    Known,
     Leaf,
     Several,
     Type,
@@ -48,6 +49,8 @@ class Flat:
             self.kind += (kind, len(value))
             for each in value:
                 self._add(each)
+        elif isinstance(value, str):
+            self.kind.append(("text", value))
         elif isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"An array of shape {value.shape} must be contiguous.")
@@ -86,6 +89,8 @@ def symbols(arguments: tuple[Any, ...]) -> tuple[list[Any], int]:
         nonlocal place
         if value is None:
             return NONE
+        if isinstance(value, str):
+            return Known(value)
         if isinstance(value, tuple):
             return Several(type(value), [symbol(each) for each in value])
         if isinstance(value, np.ndarray):

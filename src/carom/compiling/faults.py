@@ -38,7 +38,7 @@ def of_models(error: Untranslatable, answers: Sequence[tuple[str, type, Any]]) -
 
 def unknown_part(value: Any, name: str) -> tuple[str, Any] | None:
     """Return what in the field of a model no type of the language stands for: where it is, and what it is."""
-    if value is None or isinstance(value, bool | int | float | np.bool_ | np.integer | np.floating):
+    if value is None or isinstance(value, str | bool | int | float | np.bool_ | np.integer | np.floating):
         return (name, value) if isinstance(value, int) and not -(2**63) <= value < 2**63 else None
     if (
         isinstance(value, np.ndarray)

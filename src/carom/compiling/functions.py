@@ -155,6 +155,13 @@ def _is_instance(self: Calls, value: Any, cls: Any) -> Any:
     return Known(issubclass(value.cls if isinstance(value, Several) else type(value.value), wanted))
 
 
+@compiled_as(getattr)
+def _attribute(self: Calls, value: Any, name: Any) -> Any:
+    if not isinstance(name, Known) or not isinstance(name.value, str):
+        raise Untranslatable("getattr needs a name that is known while compiling")
+    return self.attribute(value, name.value)
+
+
 @compiled_as(zip)
 def _zip(self: Calls, *given: Any, strict: Any = None) -> Any:
     rows = [several(self, each) for each in given]

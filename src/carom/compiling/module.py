@@ -75,7 +75,7 @@ class Module:
         return known[0]
 
     def foreign_function(self, function: Any, kinds: tuple[Type, ...]) -> tuple[int, Type]:
-        """Return the word that holds the address of a function compiled by Numba, and the type of its result."""
+        """Return the word with the address of a function compiled by Numba, and the type of its result."""
         for k, (key, _, result) in enumerate(self.foreign):
             if key == (function, kinds):
                 return self.size + k, result

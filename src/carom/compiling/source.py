@@ -72,7 +72,7 @@ class Plan:
         node = tree_of(code)
         if node is None:
             raise Untranslatable(
-                f"the source of {function.__qualname__} is not to be had, has two lambdas in this line, or was "
+                f"the source of {function.__qualname__} is not to be had, has two lambdas in a line, or was "
                 "edited since: write it in a file or a notebook, and start again",
                 function,
             )

@@ -38,10 +38,15 @@ def crowded(kind: Any) -> Any:
     many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
     many.__qualname__ = f"{kind.__qualname__}.Crowd"
     many.extent, kind.Crowd = kind.extent, many
-    scope = {"__name__": kind.__module__, "kind": kind}
-    row = ", ".join(f"crowd.{name}[k]" for name in kind._fields)
-    exec(f"def one(crowd, k):\n    return kind({row})", scope)
-    member.register(many)(scope["one"])
+    fields = kind._fields
+
+    def one(crowd, k):
+        row: tuple[Any, ...] = ()
+        for name in fields:
+            row = (*row, getattr(crowd, name)[k])
+        return kind(*row)
+
+    member.register(many)(one)
     return kind
 
 

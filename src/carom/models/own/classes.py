@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import dataclasses
 import dis
 import inspect
@@ -103,7 +102,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         kind.questions[name].register(compiled)(function)
     if kind is CONVEX:
         round_about(compiled)
-    _age(cls, kind, compiled, parts, methods)
+    _age(compiled, parts, methods)
     said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
     said |= {name: each.field for name, each in whole.items()}
     compiled.__annotations__ = {name: Annotated[Any, each] for name, each in said.items()}
@@ -332,19 +331,18 @@ def called(function: Callable[..., Any]) -> list[FunctionType]:
     return list(found)
 
 
-def _age(
-    cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any]
-) -> None:
+def _age(compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any]) -> None:
     """Let the times that a model remembers go on when an epoch ends."""
-    times = [name for name, each in parts.items() if each.times]
+    times = tuple(name for name, each in parts.items() if each.times)
+
+    def shift(self, duration):
+        for name in times:
+            remembered = getattr(self, name)
+            for k in range(len(remembered)):
+                remembered[k] -= duration
+
     if times and "shift_epoch" not in methods:
-        # Compiled code finds a field of a tuple by its name alone, so the names stand in the code.
-        lines = [
-            f"    for k in range(len(self.{name})):\n        self.{name}[k] -= duration" for name in times
-        ]
-        scope: dict[str, Any] = {"__name__": cls.__module__, "__builtins__": builtins}
-        exec("def shift(self, duration):\n" + "\n".join(lines), scope)
-        shift_epoch.register(compiled)(scope["shift"])
+        shift_epoch.register(compiled)(shift)
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
