@@ -229,8 +229,6 @@ class WithFunctionsOfNumbers(Floor):
             + round(angle)
             + np.sign(v[1])
         )
-<<<<<<< HEAD
-=======
 
 
 class WithText(NamedTuple):
@@ -246,7 +244,6 @@ class WithText(NamedTuple):
 def _(obstacle: WithText, x, v, radius, growth):
     factor = 2.0 if obstacle.kind == "soft" else 3.0
     return factor * radius if obstacle.kind != "none" else own.NEVER
->>>>>>> fronttests
 
 
 @own.obstacle
