@@ -313,7 +313,7 @@ class Arithmetic:
         return Number(both, self.op(f"{int_name} i64 {x}, {y}"), natural)
 
     def _folded(self, kind: type, fold: Any, a: Known, b: Known) -> Known | None:
-        """Return the result of two known numbers; None where Python has no answer, or one that is too long."""
+        """Return the result of two known numbers; None where Python has none, or one that is too long."""
         if (
             kind in (ast.LShift, ast.Pow)
             and not (a.type.is_float or b.type.is_float)
@@ -363,7 +363,7 @@ class Arithmetic:
         return Number(both, found)
 
     def _shifted(self, kind: type, both: Type, x: str, y: str, by: Any) -> Number:
-        """Return a shifted integer. In functions of the user's one shifted by 64 or more is all shifted out."""
+        """Return a shifted integer. In the user's functions one shifted by 64 or more is all shifted out."""
         name = "shl" if kind is ast.LShift else "ashr" if both.signed else "lshr"
         if isinstance(by, Known):
             if by.value not in range(64):

@@ -1,7 +1,7 @@
-"""Arguments as compiled code takes them: one block of 8-byte words, of which the first names room for answers.
+"""Arguments as compiled code takes them: one block of 8-byte words; the first names room for answers.
 
-Models, tuples, text and None are no words: code is compiled for their types. An array is the address of its first
-element and its lengths. Whoever calls holds the arrays for as long.
+Models, tuples, text and None are no words: code is compiled for their types. An array is the address of its
+first element and its lengths. Whoever calls holds the arrays for as long.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _type_of(value: Any) -> Type:
 
 
 def symbols(arguments: tuple[Any, ...]) -> tuple[list[Any], int]:
-    """Return what arguments are while code is compiled for them, and the number of their words and the first."""
+    """Return what arguments are while code is compiled for them, and the number of all words."""
     place = 1
 
     def symbol(value: Any) -> Any:

@@ -80,6 +80,7 @@ class Compiled:
         self.room = ctypes.c_int64 * (FAULT_WORDS + count)
 
     def __call__(self, words: list[Any]) -> Any:
+        """Run it, and return its answer; raise what has failed in it."""
         room = self.room()
         self.call(self.pack(ctypes.addressof(room), *words, *self.foreign))
         if room[0]:

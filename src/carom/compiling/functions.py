@@ -6,6 +6,7 @@ import ast
 import builtins
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -119,8 +120,8 @@ FUNCTIONS[np.trunc], FUNCTIONS[np.rint] = _intrinsic("trunc", np.trunc), _intrin
 FUNCTIONS[np.sqrt] = _intrinsic("sqrt", np.sqrt)
 for _python, _numpy in ((math.sqrt, FUNCTIONS[np.sqrt]), (math.fabs, absolute_float)):
     FUNCTIONS[_python] = lambda self, x, of=_numpy: of(self, self.cast(self.wide(x), FLOAT64))
-for _python, _numpy in ((math.floor, np.floor), (math.ceil, np.ceil), (math.trunc, np.trunc)):
-    FUNCTIONS[_python] = lambda self, value, whole=FUNCTIONS[_numpy]: self.cast(whole(self, value), INT64)
+for _whole, _numpy in ((math.floor, np.floor), (math.ceil, np.ceil), (math.trunc, np.trunc)):
+    FUNCTIONS[_whole] = lambda self, value, whole=FUNCTIONS[_numpy]: self.cast(whole(self, value), INT64)
 
 
 @compiled_as(round)
@@ -191,18 +192,17 @@ def _sum(self: Calls, given: Any, start: Any = None) -> Any:
     return total
 
 
-@compiled_as(any)
-def _any(self: Calls, given: Any) -> Any:
-    return self._decided(
-        False, [lambda each=each: each for each in several(self, given)] or [lambda: Known(False)]
-    )  # type: ignore[attr-defined]
+def _of_all(is_and: bool) -> Handler:
+    """Whether all parts of a tuple hold, or any."""
+
+    def handler(self: Calls, given: Any) -> Any:
+        values = several(self, given) or [Known(is_and)]
+        return self.decided(is_and, [partial(self.get, each) for each in values])
+
+    return handler
 
 
-@compiled_as(all)
-def _all(self: Calls, given: Any) -> Any:
-    return self._decided(
-        True, [lambda each=each: each for each in several(self, given)] or [lambda: Known(True)]
-    )  # type: ignore[attr-defined]
+FUNCTIONS[all], FUNCTIONS[any] = _of_all(True), _of_all(False)
 
 
 @compiled_as(divmod)

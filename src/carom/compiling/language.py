@@ -61,7 +61,8 @@ class Known:
                 type, value = OF_DTYPE.get(value.dtype), value.item()
             else:
                 type = BOOL if isinstance(value, bool) else INT64 if isinstance(value, int) else FLOAT64
-        self.value, self.type = value, type
+        self.value = value
+        self.type: Any = type
 
     def same(self, other: Any) -> bool:
         """Tell whether another value is this one, to the sign of a zero."""

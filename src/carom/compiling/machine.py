@@ -40,7 +40,7 @@ def _machine() -> tuple[Any, Any]:
 @lru_cache(maxsize=1)
 def _context() -> Any:
     """Return a context in which pointers have no types; llvmlite before 0.45 has to be told so."""
-    module = sys.modules["llvmlite.binding.context"]
+    module: Any = sys.modules["llvmlite.binding.context"]
     if hasattr(module, "opaque_pointers_enabled"):
         module.opaque_pointers_enabled = True
         try:

@@ -86,13 +86,13 @@ def answering(*places):
 
 
 def _question(default, question):
-    """Return a question whose ``register`` refuses an answer without its parameters, or one that comes late."""
+    """Return a question whose ``register`` refuses answers without its parameters, or that come late."""
     generic: Any = singledispatch(default)
     register, wanted = generic.register, question.__code__
 
     def register_alike(*args):
         answer = args[-1]
-        code = getattr(answer, "__code__", None)
+        code: Any = getattr(answer, "__code__", None)
         if isinstance(answer, type) and len(args) == 1:  # the answer comes next
             return lambda answer: register_alike(*args, answer)
         plain = code is None or code.co_flags & CO_VARARGS or answer is generic.registry[object]
