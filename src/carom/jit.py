@@ -11,8 +11,8 @@ from typing import Any
 def compiled(function: Callable[..., Any], signature: Any = None, **options: Any) -> Any:
     """Return a function, and those of this package that it calls, compiled by Numba's ``options``.
 
-    It is kept on disk, and compiled for one signature or for whatever it is called with. 1 / 0 is infinity, as
-    in NumPy.
+    It is kept on disk, and compiled for one signature or for whatever it is called with. As in NumPy, 1 / 0
+    is infinite.
     """
     from numba import njit
 
