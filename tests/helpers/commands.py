@@ -83,11 +83,11 @@ def refused(*arguments, cwd=None):
 
 
 def complaints(done):
-    """Return what a command wrote to stderr, but for lines that say that it compiles, waits or goes on, and
-    that GSD knows no walls: which is said whenever such a file is begun, in a resumed run as well.
+    """Return what a command wrote to stderr, but for lines that say that it goes on, and that GSD knows
+    no walls: which is said whenever such a file is begun, in a resumed run as well.
     """
     lines = done.stderr.splitlines(keepends=True)
-    told = re.compile(r"Compiling .*new here|Waiting for another process|\d+ s: |Note: .*GSD knows no walls")
+    told = re.compile(r"\d+ s: |Note: .*GSD knows no walls")
     return "".join(line for line in lines if not told.match(line))
 
 

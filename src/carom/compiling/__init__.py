@@ -1,4 +1,4 @@
-"""What the engine needs of Numba, its private parts included; nowhere else is one of them used.
+"""From the engine's Python to machine code: the language, its translation, LLVM, and code on disk.
 
 Nothing here knows physics or a scene.
 """

@@ -1,9 +1,8 @@
-"""Functions that compiled code may call: noted where they are defined, compiled once the engine is there.
+"""Questions that the engine asks of models, and what compiled code does with a function.
 
-A basic function of the paper asks a small model (a ``NamedTuple``) a *question*. The compiler chooses the
-answer registered for its type: what a scene does not have leaves no branch. From Python it is
-:func:`functools.singledispatch`; ``carom.compiling.dispatch`` attaches the compiler, so models import no
-Numba.
+A basic function of the paper asks a small model (a ``NamedTuple``) a *question*. The answer is chosen by the
+type of the model while code is compiled: what a scene does not have leaves no branch. From Python it is
+:func:`functools.singledispatch`.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 value that users write, in one file with the type that the engine compiles for it. A model of one's own
 imports all that it needs from ``carom.models.own``.
 
-No model imports the engine or Numba. What the engine asks of models is in ``questions``, and what several of
+No model imports the engine. What the engine asks of models is in ``questions``, and what several of
 them compute with in ``mathematics``.
 """
 

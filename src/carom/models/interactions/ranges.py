@@ -150,7 +150,7 @@ class Ranges(Declared):
     kinds : sequence of Kind
         One for each species of the scene, in their order.
     rule : callable
-        ``rule(unit, event)``, in plain Python that Numba compiles. It is called when another unit crosses one
+        ``rule(unit, event)``, in plain Python, which is compiled. It is called when another unit crosses one
         of the unit's circles, when the unit's timer runs out, and when a unit in a circle is removed or
         changes its kind. It reads ``event`` and ``unit``, and writes into ``unit`` what the unit does next.
     seed : int

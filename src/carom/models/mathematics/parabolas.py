@@ -29,7 +29,7 @@ HOP = 2.0**-48
 class Still(NamedTuple):
     """No displacement."""
 
-    still: bool = True  # always true: Numba has no empty tuples of a class
+    still: bool = True  # always true: an empty tuple would count as false
 
     def place(self, t):
         return 0.0

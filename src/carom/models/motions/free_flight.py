@@ -24,7 +24,7 @@ class Inertial(NamedTuple):
     """Uniform motion along straight lines."""
 
     inertial: bool = True
-    """Always true: the frame of reference is inertial (Numba has no empty tuples of its own class)."""
+    """Always true: the frame of reference is inertial (an empty tuple would count as false)."""
 
     def position(self, axis, x, v, t):
         return x + v * t
