@@ -14,7 +14,6 @@ from carom.compiling.language import (
     BOOL,
     FLOAT32,
     FLOAT64,
-    INT32,
     INT64,
     POINTER,
     UINT64,
@@ -479,10 +478,6 @@ class Arithmetic:
         if value.type.is_float == target.is_float:
             return Number(target, value.text)
         return Number(target, self.op(f"bitcast {value.type.llvm} {value.text} to {target.llvm}"))
-
-    def to_int32(self, value: Any) -> Any:
-        """Return an integer as the C library takes it."""
-        return self.cast(self.integer(value, "this argument"), INT32)
 
 
 def _has_slots(value: Any) -> bool:

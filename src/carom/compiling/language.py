@@ -145,15 +145,6 @@ class Bound(NamedTuple):
     owner: Any
 
 
-def parts_of(value: Any) -> list[Any]:
-    """Return the values within a value."""
-    if isinstance(value, Several):
-        return value.items
-    if isinstance(value, Array):
-        return [value.data, *value.lengths]
-    return [value.address] if isinstance(value, Record) else []
-
-
 def described(value: Any) -> str:
     """Return what a value is, for a sentence."""
     if isinstance(value, Several):
