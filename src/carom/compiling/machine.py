@@ -11,6 +11,8 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
+from carom.compiling.faults import Untranslatable
+
 LEVEL = 3  # of optimization: below it half the rate is lost
 
 
@@ -63,9 +65,14 @@ def assembly(text: str) -> str:
 def _optimized(text: str) -> Any:
     """Return a module of a text, verified and optimized."""
     target, _ = _machine()
-    module = llvm.parse_assembly(text, _context())
-    module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
-    module.verify()
+    try:
+        module = llvm.parse_assembly(text, _context())
+        module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
+        module.verify()
+    except RuntimeError:  # which shows the text
+        raise Untranslatable(
+            "LLVM refuses what was made of this, which is Carom's fault: report it"
+        ) from None
     # Rotated loops first: else some that have two ends are not vectorized.
     cheap = _passes(target, 0, vectorize=False)
     manager = cheap.getModulePassManager()
