@@ -27,6 +27,7 @@ from carom.compiling.language import (
     Slot,
     Type,
     described,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -186,7 +187,7 @@ class Arithmetic:
             return "true" if given else "false"
         if kind is INT64 and abs(given) >> 63 and given != -(1 << 63):
             raise Untranslatable(f"{given} does not fit in 64 bits")
-        return str(_wrapped(int(given), kind, signed=True))
+        return str(wrapped(int(given), kind, signed=True))
 
     def cast(self, value: Any, target: Type) -> Any:
         """Return a number as one of another type."""
@@ -201,7 +202,7 @@ class Arithmetic:
                 return Known(float(value.value if target is FLOAT64 else np.float32(value.value)), target)
             if source.is_float and not abs(value.value) < 2.0**63:
                 raise Untranslatable(f"{value.value} is no {target}")
-            return Known(_wrapped(int(value.value), target), target)
+            return Known(wrapped(int(value.value), target), target)
         text = self.text(value)
         if source.is_float and target.is_float:
             how = "fpext" if target.bits > source.bits else "fptrunc"
@@ -331,7 +332,7 @@ class Arithmetic:
             return Known(value)
         if a.type.signed or b.type.signed or BOOL in (a.type, b.type):
             return Known(value, INT64)  # exact as in Python, until it is written somewhere
-        return Known(_wrapped(value, UINT64), UINT64)
+        return Known(wrapped(value, UINT64), UINT64)
 
     def _divided(self, kind: type, both: Type, x: str, y: str, divisor: Any) -> Number:
         """Return the floor of a quotient of integers, or what is left; 0 if the divisor is."""
@@ -464,7 +465,7 @@ class Arithmetic:
             raise Untranslatable("~ of a bool is not known here: write not")
         value = self.wide(value)
         if isinstance(value, Known):
-            return Known(_wrapped(~value.value, value.type), value.type)
+            return Known(wrapped(~value.value, value.type), value.type)
         return Number(value.type, self.op(f"xor i64 {value.text}, -1"))
 
     def viewed(self, value: Any, target: Type) -> Any:
@@ -492,11 +493,3 @@ def _has_slots(value: Any) -> bool:
 
 def _is_natural(value: Any) -> bool:
     return value.natural if isinstance(value, Number) else value.value >= 0
-
-
-def _wrapped(value: int, kind: Type, signed: bool | None = None) -> int:
-    """Return an integer as one of a type; ``signed`` for how it is written."""
-    value &= (1 << kind.bits) - 1
-    if (kind.signed if signed is None else signed) and value >> (kind.bits - 1):
-        value -= 1 << kind.bits
-    return value

@@ -157,3 +157,11 @@ def described(value: Any) -> str:
         given = value.value
         return getattr(given, "__name__", None) or repr(given)[:40]
     return f"a number of type {value.type}" if hasattr(value, "type") else "a method"
+
+
+def wrapped(value: int, kind: Type, signed: bool | None = None) -> int:
+    """Return an integer as one of a type; ``signed`` for how it is written."""
+    value &= (1 << kind.bits) - 1
+    if (kind.signed if signed is None else signed) and value >> (kind.bits - 1):
+        value -= 1 << kind.bits
+    return value

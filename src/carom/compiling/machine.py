@@ -70,9 +70,7 @@ def _optimized(text: str) -> Any:
         module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
         module.verify()
     except RuntimeError:  # which shows the text
-        raise Untranslatable(
-            "LLVM refuses what was made of this, which is Carom's fault: report it"
-        ) from None
+        raise Untranslatable("LLVM refuses what was made of this: report it as a fault") from None
     # Rotated loops first: else some that have two ends are not vectorized.
     cheap = _passes(target, 0, vectorize=False)
     manager = cheap.getModulePassManager()
