@@ -18,7 +18,7 @@ import numpy as np
 
 import carom
 from carom.models import Andersen, Bonds, Steps, StepTable
-from carom.pictures import paper
+from carom.pictures import palette
 from carom.studies import own
 
 
@@ -146,7 +146,7 @@ if __name__ == "__main__":
         r = np.linspace(1.0, 1.0 + 2.0 * study.spec.ratio, 200)
         theory = asakura_oosawa(r, eta, study.spec.ratio)
         name = "Asakura and Oosawa" if eta == study.spec.packing_fraction[-1] else None
-        figure.axes[0].plot(r, theory, "--", color=paper.WARM, lw=1.0, label=name)
+        figure.axes[0].plot(r, theory, "--", color=palette.WARM, lw=1.0, label=name)
     figure.axes[0].legend(frameon=False)
     figure.savefig(args.out / "depletion.png", dpi=110)
     print(study.table)

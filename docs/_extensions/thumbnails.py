@@ -40,7 +40,7 @@ PARTS = {
     "square_well": Part("square-well", (441, 38, 722, 310)),
     "depletion": Part("depletion", (107, 38, 529, 335), ("$r$", "$w/kT$"), (415, 40, 529, 115)),
     "transport": Part(
-        "transport", (598, 7, 1050, 405), ("time", r"$\langle v(0)v(t)\rangle$"), (850, 8, 1048, 75)
+        "transport", (510, 7, 896, 346), ("time", r"$\langle v(0)v(t)\rangle$"), (740, 8, 894, 60)
     ),
     "melting_of_disks": Part("melting-of-disks-order", (73, 340, 895, 657), (r"$\eta$", "susceptibility")),
     "order_of_disks": Part("order-of-disks", (4, 21, 597, 313)),

@@ -36,7 +36,9 @@ def _linked(function: Any, compile_: Callable[[Any], Any]) -> Any:
             scope[name] = compile_(linked)
         elif isinstance(called, int | float):
             said.update(repr((name, called)).encode())
-    copy = FunctionType(function.__code__, scope, function.__name__, function.__defaults__)
+    copy = FunctionType(
+        function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
+    )
     copy.__module__, copy.__qualname__ = (
         function.__module__,
         f"{function.__qualname__}_{said.hexdigest()[:16]}",

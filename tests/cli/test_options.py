@@ -307,6 +307,8 @@ CASES = {
         "--collisions": added(
             ("two.extxyz",), ("--collisions", "50"), lambda done: done.asked["collisions"], 50
         ),
+        "--from": added(("two.extxyz",), ("--from", "0.5"), lambda done: done.asked["begin"], 0.5),
+        "--to": added(("two.extxyz",), ("--to", "0.5"), lambda done: done.asked["end"], 0.5),
         "--open": added(
             ("two.extxyz", "--no-open"), ("--open",), lambda done: done.asked.get("launched"), "two.html"
         ),

@@ -25,7 +25,8 @@ from carom.errors import CaromWarning
 from carom.notebook import advance
 from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
-from carom.pictures.paper import SERIES, shade
+from carom.pictures.palette import SERIES
+from carom.pictures.paper import shade
 from carom.studies.coefficients.study import Row
 from carom.studies.eos import table as eos
 from carom.studies.eos.study import composition

@@ -17,9 +17,9 @@ from helpers.faces import (
 )
 from helpers.magnetic import Magnetic
 from helpers.plain import uncompiled
-from numba import njit
 
 import carom
+from carom.compiling.entry import entry
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
@@ -99,7 +99,7 @@ def test_a_run_on_a_floor_in_a_wall_is_continued_and_replayed_bit_for_bit(plain,
     assert "y_low" not in hits
 
 
-@njit
+@entry
 def ask(walls, x, v, radius, growth):
     return soonest_wall(walls, x, v, radius, growth)
 

@@ -492,8 +492,7 @@ def test_a_lammps_dump_has_the_tilted_cell(tmp_path):
     sim.run(time=0.2)
     sim.write(tmp_path / "run.extxyz", every=0.1, count=1)
     carom.io.convert(tmp_path / "run.extxyz", tmp_path / "run.lammpstrj")
-    path, kind, frame = str(tmp_path / "run.lammpstrj"), "LAMMPSDUMP", sim.frame()
-    universe = MDAnalysis.Universe(path, format=kind, topology_format=kind)
+    universe, frame = carom.io.universe(tmp_path / "run.lammpstrj"), sim.frame()
     universe.trajectory[-1]
     cell = np.diag(frame.box)
     cell[1, 0] = frame.tilt * frame.box[1]

@@ -58,9 +58,7 @@ class Case:
 CASES = {
     "rdf": Case(lambda u=1.0: carom.RDF(bins=6, rmax=2.0 * u), walls=False),
     "g of a pair": Case(lambda u=1.0: carom.RDF(bins=6, rmax=2.0 * u, pair=("a", "b")), walls=False),
-    "structure": Case(
-        lambda u=1.0: carom.StructureFactor(shells=3), walls=False, sheared="wave vectors turn"
-    ),
+    "structure": Case(lambda u=1.0: carom.StructureFactor(shells=3), walls=False),
     "dynamics": Case(lambda u=1.0: carom.Dynamics(shells=2), sheared="grow with the flow"),
     "dynamics of one species": Case(lambda u=1.0: carom.Dynamics(species=1), sheared="grow with the flow"),
     "profile": Case(
@@ -78,9 +76,7 @@ CASES = {
     "order": Case(
         lambda u=1.0: carom.BondOrder(4, nearest=4, rmax=2.0 * u, width=0.5 * u), (2, 3, 4), varies=True
     ),
-    "order of faces": Case(
-        lambda u=1.0: carom.BondOrder(6, voronoi=True), (2, 3), sheared="leave out voronoi", varies=True
-    ),
+    "order of faces": Case(lambda u=1.0: carom.BondOrder(6, voronoi=True), (2, 3), varies=True),
     "order within a reach": Case(lambda u=1.0: carom.BondOrder(6, reach=2.0 * u), (2, 3, 4), varies=True),
     "crystal": Case(lambda u=1.0: carom.observables.Crystallinity(), dimensions=(3,)),
 }

@@ -66,6 +66,11 @@ KINDS = (
 )  # fmt: skip
 
 
+def fitted_line(found):
+    times = np.linspace(found.fit_first, found.fit_last)
+    return times, 4 * found.diffusion.mean * times + found.fit_offset
+
+
 def flights_lines(found):
     for k, each in enumerate(found.free_time):
         seen, rate = each.density > 0.0, found.collision_rate[k]
@@ -77,9 +82,9 @@ LINES = {
     "StructureFactorResult": lambda found: [(found.k, found.S)],
     "DynamicsResult": lambda found: [
         (found.times, found.mean_square),
-        # That of one component of v; then the plateau of the running diffusion.
+        # That of one component of v; then the line whose slope gives D.
         (found.times, 2 * found.velocity_square.mean * found.times**2),
-        (found.times, 4 * found.running_diffusion[-1] * found.times),
+        fitted_line(found),
     ],
     "BondOrderResult": lambda found: [
         np.array((found.middle, found.correlation))[:, np.isfinite(found.correlation)]

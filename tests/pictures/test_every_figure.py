@@ -15,7 +15,7 @@ from carom.bridges.palette import FACES
 from carom.observables import Crystallinity
 from carom.observables.rdf import RDF, PartialRDF
 from carom.observables.statistics import Estimate
-from carom.pictures import paper, plots
+from carom.pictures import palette, paper, plots
 from carom.pictures.caps import COLORS
 from carom.pictures.results import _PICTURES, _WHOLE
 from carom.studies.accuracy.picture import picture as of_methods
@@ -23,7 +23,14 @@ from carom.studies.eos import pictures as eos
 
 PALETTE = {
     *map(
-        to_hex, (*paper.SERIES, *(color for color, _ in paper.THEORIES), paper.PALE, paper.GRAY, paper.WARM)
+        to_hex,
+        (
+            *palette.SERIES,
+            *(color for color, _ in palette.THEORIES),
+            palette.PALE,
+            palette.GRAY,
+            palette.WARM,
+        ),
     ),
     *map(to_hex, (*FACES, *COLORS, "white")),
 }
@@ -110,9 +117,9 @@ def test_a_figure_has_the_palette_and_shows_its_data(figures):
 
 
 def test_theories_differ_in_color_and_in_line():
-    colors, lines = zip(*paper.THEORIES, strict=True)
-    assert len({*colors}) == len({*lines}) == len(paper.THEORIES)
-    assert len({*paper.SERIES}) == len(paper.SERIES)
+    colors, lines = zip(*palette.THEORIES, strict=True)
+    assert len({*colors}) == len({*lines}) == len(palette.THEORIES)
+    assert len({*palette.SERIES}) == len(palette.SERIES)
 
 
 def test_points_have_no_packing_fraction_and_no_errors_of_empty_bins_in_their_picture():

@@ -21,7 +21,7 @@ from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
-from carom.pictures.paper import THEORIES
+from carom.pictures.palette import THEORIES
 
 
 def dashed(figure):

@@ -96,7 +96,6 @@ CANNOT = {
     "pytest(?!.* -k)": "CI runs the tests; that the files are there has a test",
     "(ruff|mypy|lint-imports|sphinx-build|bash .ci/run|python tests/(extras|smoke).py)": "a step of CI",
     "NUMBA_(BOUNDSCHECK|DISABLE_JIT)": "without the compiler, or with checks: a step of CI each",
-    "export NUMBA_CACHE_DIR": "compiles all code anew",
     "carom eos .*--scheduler": "needs a Dask scheduler; tests/extras.py has one",
     "mpiexec": "needs MPI; CI has a step for it",
     "carom trade": "minutes of timing at any size",

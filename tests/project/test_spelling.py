@@ -13,7 +13,7 @@ EXCEPT = (
     "tests/project/test_spelling.py",
     "tests/project/test_words.py",  # has them as words that others may not have
 )
-ALIASES = ('"--colour"',)
+ALIASES = ('"--colour"', 'neighbours="lists"')
 """Parts of lines that are right: what somebody else may type."""
 
 VERBS = (

@@ -33,6 +33,7 @@ KEYS = {
     "dimension": ({"dimension": "2"}, lambda scene: scene.dimension == 2),
     "lattice": ({"n": "32", "lattice": "'fcc'"},
                 lambda scene: np.allclose(scene.positions * 4.0 / scene.box[0] % 1.0, 0.5)),
+    "nearest": ({"n": "30", "lattice": "'fcc'", "nearest": "true"}, lambda scene: scene.n == 32),
     "cells": ({"n": "", "lattice": "'fcc'", "cells": "2"}, lambda scene: scene.n == 32),
     "long cells": ({"n": "", "lattice": "'fcc'", "cells": "[2, 2, 3]"}, lambda scene: scene.n == 48),
     "diameter": ({"diameter": "2.0"}, lambda scene: scene.diameter == 2.0),
@@ -71,14 +72,14 @@ REFUSED = {
     "transport": OF_A_GRID | {"shear", "impact", "drive", "walls", "obstacles"},
     "shear": OF_A_GRID | {"walls", "obstacles"},
     "trade": KEYS.keys() - {"n", "packing_fraction", "density", "box", "long box", "dimension", "lattice",
-                            "cells", "long cells", "diameter", "mass"},
+                            "nearest", "cells", "long cells", "diameter", "mass"},
     "pack": {"contact", "interaction", "pinned"},
     "plan": KEYS.keys() - {"n", "packing_fraction", "density", "box", "dimension", "lattice", "cells",
-                           "diameter", "mass", "species", "interaction"},
+                           "nearest", "diameter", "mass", "species", "interaction"},
 }  # fmt: skip
 """What a study refuses; the rest is in what runs."""
 
-OF_THE_PLAN = {"n", "box", "lattice", "cells"}
+OF_THE_PLAN = {"n", "box", "lattice", "cells", "nearest"}
 """Of these a plan takes the packing fraction and the dimension; n and the start are its choice."""
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import builtins
 import ctypes
 import gc
-import hashlib
 import os
 import struct
 import sys
@@ -117,7 +116,7 @@ def _made(function: Any, arguments: tuple[Any, ...], flat: Flat) -> Compiled:
     gc.disable()  # a hundred thousand objects are made, and most stay until the end
     sys.setrecursionlimit(max(deepest, DEEPEST))
     try:
-        shelf = stored.Shelf(function, flat.kind, classes)
+        shelf = stored.Shelf(function, flat.kind, classes, CHECKED)
         with shelf.alone():
             kept = shelf.read()
             if kept is None:
@@ -197,8 +196,3 @@ def reason(function: Any, *arguments: Any) -> str | None:
     except Untranslatable as error:
         return str(error)
     return None
-
-
-def digest(*words: Any) -> str:
-    """Return a short name that follows from words."""
-    return hashlib.sha256(repr(words).encode()).hexdigest()[:32]

@@ -24,7 +24,7 @@ import filelock
 import llvmlite
 import numpy as np
 
-from carom.compiling import entry, machine, registry
+from carom.compiling import machine, registry
 
 CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others."""
@@ -41,6 +41,11 @@ KNOWN_BY_VERSION = sys.stdlib_module_names | {"numpy", "numba", "llvmlite", "sci
 
 class Unknown(Exception):
     """Something that compiled code may be made of, and that cannot be followed."""
+
+
+def digest(*words: Any) -> str:
+    """Return a short name that follows from words."""
+    return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
 
 
 @lru_cache(maxsize=1)
@@ -66,13 +71,13 @@ def folders() -> list[Path]:
 class Shelf:
     """The place of one entry point for arguments of some types."""
 
-    def __init__(self, function: Any, kind: list[Any], classes: list[type]):
+    def __init__(self, function: Any, kind: list[Any], classes: list[type], checked: bool):
         said = [
             f"{each.__module__}.{each.__qualname__}" if isinstance(each, type) else str(each) for each in kind
         ]
         self.entry = re.sub(r"\W", "", function.__name__, flags=re.ASCII)  # a lambda's has brackets
-        versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), entry.CHECKED)
-        self.kind = entry.digest(function.__module__, said, versions)
+        versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), checked)
+        self.kind = digest(function.__module__, said, versions)
         self.walk: Walk | None = Walk()
         origins = sources()
         try:
@@ -82,8 +87,8 @@ class Shelf:
             origins += self.walk.found.hexdigest()
         except (Unknown, RecursionError):
             self.walk = None
-        self.name = f"{self.entry}_{entry.digest(self.kind, origins, self.walk is None and id(self))}"
-        self.file = f"{self.entry}-{self.kind}.{entry.digest(origins)}.o"
+        self.name = f"{self.entry}_{digest(self.kind, origins, self.walk is None and id(self))}"
+        self.file = f"{self.entry}-{self.kind}.{digest(origins)}.o"
 
     def read(self) -> tuple[dict[str, Any], bytes] | None:
         """Return the facts and the code; None where there are none, or none that are whole."""

@@ -377,8 +377,10 @@ class DynamicsResult(Result):
     diffusion : Estimate
         The coefficient of self-diffusion D in this box [length^2 / time], from the slope of the mean square
         displacement; its mean is nan where no times are long enough.
-    fit_first, fit_last, fit_offset : float
-        The line ``2 d D t + fit_offset`` [length^2] goes from ``fit_first`` to ``fit_last`` [time].
+    fit_first, fit_last : float
+        The times between which the line ``2 d D t + fit_offset`` is fitted [time].
+    fit_offset : float
+        Where that line begins [length^2].
     assumed_times : bool
         Whether the frames have no times: those of this result count time steps, or frames.
     """

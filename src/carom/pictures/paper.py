@@ -9,20 +9,12 @@ from typing import TYPE_CHECKING
 
 from carom.errors import FileError
 from carom.paths import replacing
+from carom.pictures.palette import SERIES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Also readable without color: one strong blue for data, grays and line styles for the rest.
-INK = "#1f4e79"
-SERIES = (INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
-"""Of several curves, in their order; with more curves they repeat."""
-PALE = "#9dbbd8"
-GRAY = "#555555"
-WARM = "#c0392b"
-THEORIES = ((WARM, "-"), ("#14888c", "--"), (GRAY, ":"), ("#7a3ea8", "-."))
-"""Color and line of each of several theories in one picture."""
 DPI = 160
 PIXELS = 100  # per inch, for pictures in 3D, which are drawn pixel by pixel
 TITLE = 10.5
@@ -36,9 +28,8 @@ PNG_LEVEL = 3
 def use() -> None:
     """Take the colors of Carom's figures for all figures of this process: ``C0``, ``C1``, ... are theirs."""
     import matplotlib
-    from cycler import cycler
 
-    matplotlib.rcParams["axes.prop_cycle"] = cycler(color=SERIES)
+    matplotlib.rcParams["axes.prop_cycle"] = matplotlib.cycler(color=SERIES)
 
 
 def shade(number: int) -> str:

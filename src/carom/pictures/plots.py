@@ -16,21 +16,8 @@ import numpy as np
 
 from carom import theory
 from carom.errors import InputError
-from carom.pictures.paper import (
-    DPI,
-    GRAY,
-    INK,
-    PALE,
-    PIXELS,
-    THEORIES,
-    TITLE,
-    TOP,
-    WARM,
-    lay_out,
-    saved,
-    shade,
-    sheet,
-)
+from carom.pictures.palette import GRAY, INK, PALE, THEORIES, WARM
+from carom.pictures.paper import DPI, PIXELS, TITLE, TOP, lay_out, saved, shade, sheet
 from carom.scene.conversion import to_frame
 from carom.scene.description import particles
 from carom.scene.fields import standing

@@ -10,7 +10,8 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.pictures import plots
-from carom.pictures.paper import GRAY, INK, PALE, SERIES, TITLE, TOP, WARM, lay_out, saved, shade, sheet
+from carom.pictures.palette import GRAY, INK, PALE, SERIES, WARM
+from carom.pictures.paper import TITLE, TOP, lay_out, saved, shade, sheet
 from carom.texts import axis_name, label as label_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.pictures import paper
+from carom.pictures import palette, paper
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from carom.studies.accuracy.rows import Row, SizeRow
 
 LOOKS = {
-    "event-driven": ("o", paper.INK),
-    "naive": ("s", paper.GRAY),
-    "time-driven": ("^", paper.WARM),
-    "pseudo-hard": ("D", paper.SERIES[2]),
+    "event-driven": ("o", palette.INK),
+    "naive": ("s", palette.GRAY),
+    "time-driven": ("^", palette.WARM),
+    "pseudo-hard": ("D", palette.SERIES[2]),
 }
 """Marker and color of each algorithm."""
 
@@ -47,8 +47,8 @@ def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     for panel in (first, axes[1]):
         panel.set_xlabel("collisions per CPU second")
     n = np.array([row.n for row in sizes])
-    axes[2].loglog(n, [row.relative_error_1s for row in sizes], "o-", color=paper.INK)
-    axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=paper.GRAY)
+    axes[2].loglog(n, [row.relative_error_1s for row in sizes], "o-", color=palette.INK)
+    axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=palette.GRAY)
     axes[2].set_xlabel("particles")
     axes[2].set_ylabel(r"relative error of $Z$")
     axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=9)
@@ -69,7 +69,7 @@ def _panel(
         face = "white" if name == "float32" else color
         axes.plot(x, y, marker + "-", color=color, markerfacecolor=face, lw=0.7, label=name)
     front = pareto(rates, errors)
-    axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=paper.PALE, lw=2, zorder=0)
+    axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=palette.PALE, lw=2, zorder=0)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.margins(x=0.2, y=0.1)

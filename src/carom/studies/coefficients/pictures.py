@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import theory
-from carom.pictures import paper
+from carom.pictures import palette, paper
 from carom.studies.coefficients.points import Coefficients
 from carom.theory.transport import HIGHEST
 
@@ -80,13 +80,13 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
             "o",
             mfc="none",
             ms=7.0,
-            color=paper.INK,
+            color=palette.INK,
             label="self-diffusion, infinite $N$",
         )
         densest = max(row.packing_fraction for row in rows)
         eta = np.linspace(0.0, min(max(0.45, densest), HIGHEST), 100)
-        axes.plot(eta, theory.erpenbeck_wood(eta), color=paper.INK, lw=1.0, label="Erpenbeck and Wood")
-    axes.axhline(1.0, color=paper.GRAY, lw=0.8)
+        axes.plot(eta, theory.erpenbeck_wood(eta), color=palette.INK, lw=1.0, label="Erpenbeck and Wood")
+    axes.axhline(1.0, color=palette.GRAY, lw=0.8)
     axes.set_xlabel(r"packing fraction $\eta$")
     axes.set_ylabel("coefficient / Enskog's")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)

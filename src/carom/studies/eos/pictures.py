@@ -13,7 +13,7 @@ import numpy as np
 from carom import texts, theory
 from carom.errors import InputError
 from carom.models.files.tables import from_table
-from carom.pictures import paper
+from carom.pictures import palette, paper
 from carom.scene import description
 from carom.studies.eos.table import Row, compared
 from carom.studies.phase import ENDS, finite_size_shift, usual_equation
@@ -132,20 +132,20 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
                 row.Z,
                 row.Z_error if math.isfinite(row.Z_error) else 0.0,
                 fmt="o",
-                color=paper.INK,
-                markerfacecolor=paper.INK if row.equilibrated else "white",
+                color=palette.INK,
+                markerfacecolor=palette.INK if row.equilibrated else "white",
                 markersize=4,
                 capsize=2,
             )
         x = np.array([0.0, 1.05 * inverse.max()])
-        axes.plot(x, fit.Z + fit.slope * x, color=paper.INK, linewidth=1.2, label="fit")
+        axes.plot(x, fit.Z + fit.slope * x, color=palette.INK, linewidth=1.2, label="fit")
         if math.isfinite(fit.theory_slope):
             axes.plot(
                 x, fit.Z + fit.theory_slope * x,
-                color=paper.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
+                color=palette.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
             )  # fmt: skip
         axes.errorbar(
-            [0.0], [fit.Z], [fit.Z_error], fmt="D", color=paper.INK,
+            [0.0], [fit.Z], [fit.Z_error], fmt="D", color=palette.INK,
             markerfacecolor="white", markersize=4.5, capsize=2,
         )  # fmt: skip
         axes.set_title(rf"$\eta = {fit.packing_fraction:.4g}$", fontsize=9.5)
@@ -183,7 +183,7 @@ def _curves(
     shown = {"fluid": dict(equations)}
     if equations and len(species) == 1:
         shown["solid"] = _crystals(rows[0].dimension)
-    looks = iter(paper.THEORIES * 4)
+    looks = iter(palette.THEORIES * 4)
     for state, known in shown.items():
         etas = [row.packing_fraction for row in rows if row.phase == state]
         if not etas:
@@ -228,7 +228,7 @@ def _points(
 def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], *, compare: bool) -> None:
     """Draw by how many percent Z of the fluid lies above the first theory, and the other theories do."""
     (name, first), *others = equations.items()
-    axes.axhline(0.0, color=paper.THEORIES[0][0], linewidth=1.1, zorder=2)
+    axes.axhline(0.0, color=palette.THEORIES[0][0], linewidth=1.1, zorder=2)
     seen, bars = [0.0], [0.0]
     for n, good, some in _marked(rows):
         kept, values, errors = [], [], []
@@ -248,7 +248,7 @@ def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equatio
     limit = max(1.3 * float(np.max(np.abs(seen))), 2.0 * float(np.median(bars))) or 1.0
     axes.set_ylim(-limit, limit)
     etas = [row.packing_fraction for row in rows if row.phase == "fluid"]
-    for (other, equation), (color, style) in zip(others, paper.THEORIES[1:], strict=False):
+    for (other, equation), (color, style) in zip(others, palette.THEORIES[1:], strict=False):
         eta = np.linspace(0.0, max(etas, default=0.0), CURVE)
         eta = eta[eta <= min(ENDS.get(name, 1.0), ENDS.get(other, 1.0))]
         with contextlib.suppress(InputError):
