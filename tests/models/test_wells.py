@@ -363,9 +363,9 @@ def test_the_page_runs_as_it_stands(capsys):
     page_of = {}
     exec("\n".join(cells), page_of)
     assert "True True" in capsys.readouterr().out.splitlines()
-    # What the page says of the temperature: it is 1.5 within the errors of two stretches, of 500 and of 750.
+    # What the page says of the temperature: it is 1.5 within the errors of two stretches, of 1000 and of 750.
     kT = page_of["found"].kT
-    assert abs(kT.mean - 1.5) < 4.0 * kT.error * math.sqrt(1.0 + 500 / 750)
+    assert abs(kT.mean - 1.5) < 4.0 * kT.error * math.sqrt(1.0 + 1000 / 750)
     SceneFile.from_toml(re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1])
 
 
