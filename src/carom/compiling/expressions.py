@@ -226,6 +226,10 @@ class Expressions(Calls):
         condition = self.condition(scope, node.test)
         if isinstance(condition, Known):
             return self.expr(scope, node.body if condition.value else node.orelse)
+        if _is_there(node.body) and _is_there(node.orelse):
+            both = self.expr(scope, node.body), self.expr(scope, node.orelse)
+            if all(isinstance(each, Known | Number) and each.type is not None for each in both):
+                return self.select(condition.text, *both)
         yes, no, end = self.label(), self.label(), self.label()
         self.branch(condition.text, yes, no)
         ways = []
@@ -251,3 +255,10 @@ class Expressions(Calls):
             raise Untranslatable("** is not known here: name the arguments")
         named = {str(each.arg): self.expr(scope, each.value) for each in node.keywords}
         return self.call(function, arguments, named)
+
+
+def _is_there(node: Any) -> bool:
+    """Tell whether a value needs no computation: for a branch LLVM would move loads to where few want them."""
+    if isinstance(node, ast.UnaryOp):
+        node = node.operand
+    return isinstance(node, ast.Name | ast.Constant)

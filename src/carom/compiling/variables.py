@@ -182,14 +182,16 @@ class Variables(Arrays):
             return Array(first.dtype, data, lengths, any(each.local for each in values), first.constant)
         raise Untranslatable(f"this is {described(first)} or another: let both be alike")
 
+    def select(self, condition: str, yes: Any, no: Any) -> Any:
+        """Return one of two numbers that both are there."""
+        if isinstance(yes, Known) and yes.same(no):
+            return yes
+        both = together([yes.type, no.type])
+        yes, no = self.cast(yes, both), self.cast(no, both)
+        return Number(both, self.choose(condition, self.text(yes), self.text(no), both.llvm))
+
     def _merged_numbers(self, ways: list[tuple[str, Any, list[str]]]) -> Number:
-        kinds = {each.type for _, each, _ in ways}
-        if len(kinds) == 1:
-            (both,) = kinds
-        elif any(each.is_float for each in kinds):
-            both = FLOAT64
-        else:
-            both = INT64 if BOOL in kinds or any(each.signed for each in kinds) else UINT64
+        both = together([each.type for _, each, _ in ways])
         parts, body = [], self.body
         for block, value, room in ways:
             self.body = room
@@ -197,6 +199,15 @@ class Variables(Arrays):
         self.body = body
         natural = all(isinstance(each, Number) and each.natural for _, each, _ in ways)
         return Number(both, self.op(f"phi {both.llvm} {', '.join(parts)}"), natural)
+
+
+def together(kinds: Sequence[Type]) -> Type:
+    """Return the type of a number that is one of several."""
+    if len({*kinds}) == 1:
+        return kinds[0]
+    if any(each.is_float for each in kinds):
+        return FLOAT64
+    return INT64 if BOOL in kinds or any(each.signed for each in kinds) else UINT64
 
 
 def alike(a: Any, b: Any) -> bool:

@@ -93,7 +93,8 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
         u = coordinate if faster else u
         w = speed if faster else w
         fastest = distance if faster else fastest
-        main = np.int32(axis) if faster else main
+        here = np.int32(axis)
+        main = here if faster else main
     ahead = along(u, w) * np.float32(1.0 / UNITS)
     period = np.float32(UNITS) / max(abs(w), np.float32(SLOWEST))
     to_plane = np.ceil(ahead - range_edges) - ahead
@@ -168,16 +169,18 @@ def next_planes(everybody, shift, first_time):
 
 @fast
 def marked(everybody, start_index, limit):
-    """Return the first (or BLOCK) and last from ``start_index`` on whose mark is not above ``limit``."""
+    """Return the first and last from ``start_index`` on whose mark is not above ``limit``.
+
+    Of none they are BLOCK and ``start_index``: a last one of 0 would leave no loop that can be vectorized.
+    """
     marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
-    first_lane = wrap(BLOCK)
-    last = wrap(0)
-    least = wrap(start_index)
+    beyond, least = wrap(BLOCK), wrap(start_index)
+    first_lane, last = beyond, least
     for lane in range(np.uint64(BLOCK)):
         number = wrap(lane)
         near_it = (everybody.paths[marks + lane] <= limit) & (number >= least)
-        low = number if near_it else wrap(BLOCK)
-        high = number if near_it else wrap(0)
+        low = number if near_it else beyond
+        high = number if near_it else least
         first_lane = low if low < first_lane else first_lane
         last = high if high > last else last
     return np.int64(first_lane), np.int64(last)
