@@ -1,6 +1,13 @@
 """Errors, each with one sentence: what was found, what was expected, what to do."""
 
+import sys
+import sysconfig
+import warnings
+from pathlib import Path
+
 from carom.texts import visible
+
+_INSIDE = tuple(str(Path(each) / "_")[:-1] for each in (Path(__file__).parent, sysconfig.get_path("stdlib")))
 
 
 class CaromError(Exception):
@@ -35,3 +42,11 @@ class CaromWarning(UserWarning):
 
     def __str__(self) -> str:
         return visible(super().__str__())
+
+
+def warn(sentence: str, kind: type[CaromWarning] = CaromWarning) -> None:
+    """Warn of a ``sentence`` at the user's line: the nearest one that is neither Carom's nor Python's."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_INSIDE):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(sentence, kind, stacklevel=level)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom import theory
 from carom.errors import InputError
-from carom.observables.statistics import value_with_error
 from carom.studies.documented import documented
 from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
@@ -136,19 +135,6 @@ class EquationOfState(GridStudy[StudySpec]):
 
     def __repr__(self) -> str:
         return f"<EquationOfState: {counted(len(self.table), 'point')}, {self.progress} done>"
-
-    def _at(self, row: Row) -> str:
-        """Return Z of a point."""
-        return f"Z = {value_with_error(row.Z, row.Z_error)} at packing fraction {row.packing_fraction:g}"
-
-    def _doubts(self) -> list[str]:
-        """Return the comparison with theory, and how many points are flagged."""
-        said = []
-        if math.isfinite(self.chi2_per_point):
-            said.append(f"chi squared per point against theory {self.chi2_per_point:.2f}")
-        if flagged := sum(not each.equilibrated for each in self.table):
-            said.append(f"{flagged} flagged, and left out of fits")
-        return [", ".join(said)] if said else []
 
     def more(self) -> dict[str, Any]:
         """Return the fits in 1 / N, and the comparison with theory."""
