@@ -547,7 +547,7 @@ def test_tables_are_written_and_read(tmp_path):
         rows = list(csv.DictReader(file))
     assert [float(row["Z"]) for row in rows] == [row.Z for row in study.table]
     assert rows[0]["chi2"] == ""
-    assert str(study).count("\n") == 2
+    assert str(study.table) in str(study)
     assert "2 of 2 runs done" in repr(study)
     with pytest.raises(InputError, match=r"expected one of \.json, \.csv"):
         study.save(tmp_path / "eos.xls")
@@ -916,7 +916,7 @@ def test_walls_are_simulated_and_compared_with_nothing():
     assert math.isnan(row.theory)
     assert math.isnan(row.Z_infinite)
     assert row.Z > 1.0
-    assert "theory" not in str(study)
+    assert "from theory" not in str(study)
 
 
 def mixed(record, diameters, **scene):
