@@ -1,13 +1,11 @@
 """Errors, each with one sentence: what was found, what was expected, what to do."""
 
 import sys
-import sysconfig
 import warnings
-from pathlib import Path
 
 from carom.texts import visible
 
-_INSIDE = tuple(str(Path(each) / "_")[:-1] for each in (Path(__file__).parent, sysconfig.get_path("stdlib")))
+_INSIDE = frozenset(("carom", *sys.stdlib_module_names))
 
 
 class CaromError(Exception):
@@ -47,6 +45,6 @@ class CaromWarning(UserWarning):
 def warn(sentence: str, kind: type[CaromWarning] = CaromWarning) -> None:
     """Warn of a ``sentence`` at the user's line: the nearest one that is neither Carom's nor Python's."""
     level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_INSIDE):
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in _INSIDE:
         level, frame = level + 1, frame.f_back
     warnings.warn(sentence, kind, stacklevel=level)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from typer.testing import CliRunner
 
 import carom
 from carom import Species, cli, models
-from carom.errors import CaromError, FileError, InputError
+from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.results import Result
 from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.studies import EquationOfState, Packing, RunPlan, RunResult, SphericalCode, Transport
 from carom.studies.runs.asked import plan_of_scene
 from carom.studies.runs.folder import RunFolder
@@ -323,3 +325,39 @@ def test_a_square_well_and_a_granular_bed():
     bed = carom.Simulation(scene)
     bed.run(time=3.0)
     assert next(each for each in bed.obstacles if each.name == "y_low").work > 0.0
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: carom.observables.blocking([1.0]),
+        lambda: carom.Scene.crystal(20, 0.3, nearest=True),
+        lambda: SceneSpec(lattice="fcc", n=20, packing_fraction=0.3, nearest=True),
+    ],
+)
+def test_a_warning_is_at_the_line_of_the_user(call):
+    with pytest.warns(CaromWarning) as found:
+        call()
+    assert {each.filename for each in found} == {__file__}
+
+
+def test_all_warnings_find_that_line_in_one_way():
+    package = Path(carom.__file__).parent
+    assert [path.name for path in package.rglob("*.py") if "stacklevel" in path.read_text("utf-8")] == [
+        "errors.py"
+    ]
+
+
+def test_what_new_users_try_is_answered_by_what_to_write():
+    scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0)
+    with pytest.raises(AttributeError, match=r"'pressure'; take sim\.measure\(carom\.Pressure\(\)\)"):
+        carom.Simulation(scene).pressure  # noqa: B018
+    with pytest.raises(AttributeError, match=r"'velocites'; take sim\.velocities$"):
+        carom.Simulation(scene).velocites  # noqa: B018
+    with pytest.raises(
+        InputError, match=r"write drive=models\.Langevin\(kT=\.\.\., friction=\.\.\., step=\.\.\.\)"
+    ):
+        scene.replace(drive="langevin")
+    jar = {"type": "sphere", "center": [2.0, 2.0], "radius": 1.0}
+    with pytest.raises(InputError, match='a solid sphere in the box is a Ball, in a file type = "ball"'):
+        SceneSpec(n=2, dimension=2, box=(9.0, 9.0), obstacles=[jar]).build(1)

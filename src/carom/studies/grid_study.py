@@ -44,3 +44,9 @@ class GridStudy(Study[G], Generic[G]):
         for record in sorted(self.records, key=lambda record: int(record["task"]["replica"])):
             found.setdefault(self.point(record["task"]), []).append(record)
         return [found[point] for point in sorted(found)]
+
+    def sentences(self) -> list[str]:
+        """Return what became of numbers of particles that fill no lattice."""
+        taken = (pair for eta in self.spec.packing_fraction for pair in self.spec.taken(eta).items())
+        other = [f"{each} for n = {n}" for n, each in dict.fromkeys(taken) if each != n]
+        return [f"Lattices were filled, with the nearest number: {', '.join(other)}."] if other else []

@@ -16,7 +16,7 @@ from carom.studies.documented import documented
 from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.table import Row, row
+from carom.studies.eos.table import Row, compared, row
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.studies.phase import end
@@ -85,6 +85,13 @@ class EquationOfState(GridStudy[StudySpec]):
         last = end(self.spec.dimension)
         if self.equation is None and any(r.phase == "fluid" and r.packing_fraction > last for r in rows):
             units += f" The equation of state of the fluid ends at {last:g}: no theory beyond."
+        d = self.spec.dimension
+        beyond = any(round(r.packing_fraction, 9) >= theory.FREEZING.get(d, 1.0) for r in rows)
+        if beyond and len(self._species()) == 1 and compared(self.records[0]):
+            units += (
+                f" In {d}D the fluid freezes at {theory.FREEZING[d]:g} and the solid melts at "
+                f"{theory.MELTING[d]:g}: between these, phases may coexist."
+            )
         return Table(Row, rows, notes=[units, *remarks], flagged=lambda each: not each.equilibrated)
 
     @property
@@ -117,7 +124,7 @@ class EquationOfState(GridStudy[StudySpec]):
 
     def sentences(self) -> list[str]:
         """Return the comparison with theory, and how many points are flagged."""
-        said, flagged = [], sum(not each.equilibrated for each in self.table)
+        said, flagged = super().sentences(), sum(not each.equilibrated for each in self.table)
         if math.isfinite(chi2 := self.chi2_per_point):
             said.append(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}.")
         if flagged:
