@@ -43,7 +43,15 @@ class CaromWarning(UserWarning):
 
 
 def warn(sentence: str, kind: type[CaromWarning] = CaromWarning) -> None:
-    """Warn of a ``sentence`` at the user's line: the nearest one that is neither Carom's nor Python's."""
+    """Warn at the user's line: the nearest one that is neither Carom's nor Python's.
+
+    Parameters
+    ----------
+    sentence : str
+        What is to be known.
+    kind : type
+        The class of the warning.
+    """
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in _INSIDE:
         level, frame = level + 1, frame.f_back
