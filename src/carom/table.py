@@ -163,7 +163,7 @@ class Table(Sequence[Any]):
         from rich.console import Console
 
         out = io.StringIO()
-        console = Console(file=out, color_system=None, highlight=False)
+        console = Console(file=out, color_system=None, highlight=False, force_jupyter=False)
         console.print(self.rich(console), crop=False)
         return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
 
