@@ -42,7 +42,7 @@ class Row:
         Number of finished runs.
     Z, Z_error : float
         Z of n particles and its standard error: the mean over replicas weighted by their lengths; see
-        :func:`combined`.
+        :func:`combined`. Errors are nan where a remark says that the runs are too short for one.
     Z_infinite : float
         Z of infinitely many particles, by the correction of order 1 / n from theory; nan if there is none. It
         has the same error.
