@@ -55,8 +55,10 @@ def error(name: str, *, told: bool = False) -> Callable[[float, Any], str]:
 
     def form(value: float, row: Any) -> str:
         known = getattr(row, name)
+        if known is not None and not math.isfinite(known):
+            return f"{value:.4g}"  # more digits would look like a small error
         places = decimals(known)
-        return f"{value:.{places}f}" + (f" ± {known:.{places}f}" if told and math.isfinite(known) else "")
+        return f"{value:.{places}f}" + (f" ± {known:.{places}f}" if told else "")
 
     return form
 

@@ -449,6 +449,7 @@ def test_what_has_not_equilibrated_is_flagged():
     assert row.remarks == ("too short for an error bar",)
     assert all(math.isnan(error) for error in (row.Z_error, row.reduced_pressure_error, row.order_error))
     assert "±" not in str(Table(table.Row, [row]))
+    assert f"{row.Z:.4g} " in str(Table(table.Row, [row]))  # more digits would look like a small error
     assert "±" in str(Table(table.Row, [table.row(sound["random"])]))
     assert table.row(
         [sound["random"][0], made(noise) | {"result": made(noise)["result"] | {"relaxed": False}}]
