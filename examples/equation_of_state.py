@@ -20,7 +20,6 @@ study = carom.equation_of_state(n=n, relative_error=error, out=args.out)
 
 # %% The table: Z of n spheres, of infinitely many, and by the best equation known; deviations in errors.
 print(study)
-print(f"Mean squared deviation from theory, in standard errors: {study.chi2_per_point:.2f}")
 
 # %% What the dilute points say about the virial coefficients; the exact ones in brackets.
 print(study.virials())

@@ -47,7 +47,8 @@ crystal = carom.equation_of_state(
     crystals, dimension=2, n=sizes, lattice="triangular", out=args.out / "crystal", **length
 )
 for row in [*study.table, *crystal.table]:
-    pressure = f"P* = {row.reduced_pressure:.4f} +- {row.reduced_pressure_error:.4f}"
+    pressure, error = f"P* = {row.reduced_pressure:.4f}", row.reduced_pressure_error
+    pressure += f" +- {error:.4f}" if error > 0.0 else ""
     order = f"|psi_6| = {row.order:.3f}, susceptibility {row.susceptibility:.1f}"
     print(f"eta = {row.packing_fraction:.3f}, N = {row.n}: {pressure}, {order}  {'; '.join(row.remarks)}")
 

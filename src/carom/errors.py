@@ -1,6 +1,11 @@
 """Errors, each with one sentence: what was found, what was expected, what to do."""
 
+import sys
+import warnings
+
 from carom.texts import visible
+
+_INSIDE = frozenset(("carom", *sys.stdlib_module_names))
 
 
 class CaromError(Exception):
@@ -35,3 +40,19 @@ class CaromWarning(UserWarning):
 
     def __str__(self) -> str:
         return visible(super().__str__())
+
+
+def warn(sentence: str, kind: type[CaromWarning] = CaromWarning) -> None:
+    """Warn at the user's line: the nearest one that is neither Carom's nor Python's.
+
+    Parameters
+    ----------
+    sentence : str
+        What is to be known.
+    kind : type
+        The class of the warning.
+    """
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in _INSIDE:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(sentence, kind, stacklevel=level)

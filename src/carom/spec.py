@@ -209,7 +209,11 @@ def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
 
     if len(content) > LARGEST_FILE:
         raise InputError(f"A scene file has at most {LARGEST_FILE} characters, found {len(content)}.")
-    found = toml_tables(content)
+    try:
+        found = toml_tables(content)
+    except InputError as problem:
+        expected = "expected a scene file (see `carom init`), or frames with the suffix of a format"
+        raise InputError(f"{str(problem).rstrip('.')}; {expected}.") from None
     known = dict.fromkeys((*SECTIONS, *own))
     for name, table in found.items():
         if name in known and not isinstance(table, dict):

@@ -55,8 +55,10 @@ def error(name: str, *, told: bool = False) -> Callable[[float, Any], str]:
 
     def form(value: float, row: Any) -> str:
         known = getattr(row, name)
+        if known is not None and not math.isfinite(known):
+            return f"{value:.4g}"  # more digits would look like a small error
         places = decimals(known)
-        return f"{value:.{places}f}" + (f" ± {known:.{places}f}" if told and math.isfinite(known) else "")
+        return f"{value:.{places}f}" + (f" ± {known:.{places}f}" if told else "")
 
     return form
 
@@ -163,7 +165,7 @@ class Table(Sequence[Any]):
         from rich.console import Console
 
         out = io.StringIO()
-        console = Console(file=out, color_system=None, highlight=False)
+        console = Console(file=out, color_system=None, highlight=False, force_jupyter=False)
         console.print(self.rich(console), crop=False)
         return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
 

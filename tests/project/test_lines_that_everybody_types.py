@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +17,14 @@ from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.results import Result
 from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.studies import EquationOfState, Packing, RunPlan, RunResult, SphericalCode, Transport
 from carom.studies.runs.asked import plan_of_scene
 from carom.studies.runs.folder import RunFolder
+from carom.studies.study import Study
 
 LINES = 3
-"""Most lines that a result prints."""
+"""Most lines that a result prints, unless it is a study, which prints its table."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +47,11 @@ SAVED = {
 def test_every_result_has_the_same_methods(folder, name, tmp_path):
     found = carom.load(folder / name)
     assert type(found) is SAVED[name]
-    assert 1 <= len(str(found).splitlines()) <= LINES
+    if isinstance(found, Study):
+        assert all(str(table) in str(found) for table in found.printed())
+        assert all(sentence in str(found) for sentence in found.sentences())
+    else:
+        assert 1 <= len(str(found).splitlines()) <= LINES
     assert "nan" not in str(found)
     assert found._repr_html_()
     assert isinstance(found, Result)
@@ -319,3 +326,39 @@ def test_a_square_well_and_a_granular_bed():
     bed = carom.Simulation(scene)
     bed.run(time=3.0)
     assert next(each for each in bed.obstacles if each.name == "y_low").work > 0.0
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: carom.observables.blocking([1.0]),
+        lambda: carom.Scene.crystal(20, 0.3, nearest=True),
+        lambda: SceneSpec(lattice="fcc", n=20, packing_fraction=0.3, nearest=True),
+    ],
+)
+def test_a_warning_is_at_the_line_of_the_user(call):
+    with pytest.warns(CaromWarning) as found:
+        call()
+    assert {each.filename for each in found} == {__file__}
+
+
+def test_all_warnings_find_that_line_in_one_way():
+    package = Path(carom.__file__).parent
+    assert [path.name for path in package.rglob("*.py") if "stacklevel" in path.read_text("utf-8")] == [
+        "errors.py"
+    ]
+
+
+def test_what_new_users_try_is_answered_by_what_to_write():
+    scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0)
+    with pytest.raises(AttributeError, match=r"'pressure'; take sim\.measure\(carom\.Pressure\(\)\)"):
+        carom.Simulation(scene).pressure  # noqa: B018
+    with pytest.raises(AttributeError, match=r"'velocites'; take sim\.velocities$"):
+        carom.Simulation(scene).velocites  # noqa: B018
+    with pytest.raises(
+        InputError, match=r"write drive=models\.Langevin\(kT=\.\.\., friction=\.\.\., step=\.\.\.\)"
+    ):
+        scene.replace(drive="langevin")
+    jar = {"type": "sphere", "center": [2.0, 2.0], "radius": 1.0}
+    with pytest.raises(InputError, match='a solid sphere in the box is a Ball, in a file type = "ball"'):
+        SceneSpec(n=2, dimension=2, box=(9.0, 9.0), obstacles=[jar]).build(1)

@@ -199,3 +199,9 @@ def test_every_medium_has_one_function():
             assert not re.search(r"^\s*(import html\b|from html import)", text, re.MULTILINE), name
         if name.startswith("cli/"):
             assert not re.search(r"\bConsole\(", text.replace("class Screen(Console)", "")), name
+
+
+def test_the_text_of_a_table_is_whole_in_a_notebook(monkeypatch):
+    """Rich shows there what it prints, whatever the file."""
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    assert "here" in str(of_texts(("a",), [("here",)]))

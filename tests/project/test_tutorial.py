@@ -32,3 +32,8 @@ def test_the_notebook_shows_pictures_and_no_error():
     outputs = [out for cell in CELLS for out in cell["outputs"]]
     assert all(out["output_type"] != "error" for out in outputs)
     assert sum("image/png" in out.get("data", {}) for out in outputs) == 3
+
+
+def test_the_notebook_shows_the_columns_that_it_explains():
+    (shown,) = (printed(cell) for cell in CELLS if "print(study)" in "".join(cell["source"]))
+    assert all(column in shown.splitlines()[1] for column in ("infinite", "dev."))

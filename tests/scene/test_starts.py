@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.marks import slow
+from scipy.spatial import cKDTree
 
 import carom
 from carom.errors import InputError
@@ -48,9 +49,10 @@ def test_a_crystal_has_the_number_of_spheres_or_names_those_that_fill_one():
         InputError, match=r"take n = 864 or 1372 \(nearest=True does, as an option --nearest\), or give cells"
     ):
         carom.Scene.crystal(1000, 0.6)
-    assert carom.Scene.crystal(1000, 0.6, nearest=True).n == 864
-    assert carom.Scene.crystal(1200, 0.6, nearest=True).n == 1372
-    assert carom.Scene.crystal(3, 0.6, nearest=True).n == 4  # none is smaller
+    for n, taken in ((1000, 864), (1200, 1372), (3, 4)):  # none is smaller than 4
+        with pytest.warns(carom.CaromWarning, match=f"^{taken} particles were placed.* n = {n} "):
+            assert carom.Scene.crystal(n, 0.6, nearest=True).n == taken
+    assert carom.Scene.crystal(500, 0.6, nearest=True).n == 500
     assert carom.Scene.crystal(cells=(2, 3, 4), packing_fraction=0.6).n == 96
     assert carom.Scene.crystal(100, 0.6, 2, lattice="cubic").n == 100
     with pytest.raises(InputError, match="n is 5, and these cells have 32 places"):
@@ -132,3 +134,13 @@ def test_a_keyword_of_a_start_is_told_from_one_of_a_scene(change):
         change(eta=0.3)
     with pytest.raises(InputError, match="'velocites'; did you mean velocities"):
         change(velocites=0.3)
+
+
+def test_a_random_start_has_far_more_near_contacts_than_the_fluid():
+    """Its docstring says so: such a start is to be equilibrated before anything is measured."""
+    scene, near = carom.Scene.random(500, 0.3), 1.02
+    pairs = cKDTree(scene.positions % scene.box, boxsize=scene.box).count_neighbors
+    found = (pairs(cKDTree(scene.positions % scene.box, boxsize=scene.box), near) - scene.n) / 2
+    shell = carom.theory.ball_volume(3, 2 * near) - carom.theory.ball_volume(3, 2.0)
+    contact = (carom.theory.carnahan_starling(0.3) - 1) / (4 * 0.3)  # g(1+), from the virial
+    assert found > 3 * 0.5 * scene.n**2 / np.prod(scene.box) * shell * contact

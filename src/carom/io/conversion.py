@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from carom import checks
-from carom.errors import CaromWarning, FileError, InputError
+from carom.errors import FileError, InputError, warn
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
 from carom.io.trajectory import open_reader, open_writer, trajectory_of
@@ -75,7 +74,7 @@ def convert(
         with replacing(destination) as temporary, writing(temporary):
             said = exports.export(reader, temporary, suffix, progress)
         if said:
-            warnings.warn(f"{target}: {said}.", CaromWarning, stacklevel=3)
+            warn(f"{target}: {said}.")
         return 1 if suffix == ".data" else len(reader)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.errors import CaromError, FileError, InputError, warn
 from carom.frame import Frame
 from carom.io.ase import wrapped
 from carom.io.foreign_source import thin
@@ -99,7 +99,7 @@ class ForeignReader(Reader):
             self._source.close()
             raise
         if said:
-            warnings.warn(f"{path} ({form}): {'; '.join(said)}.", CaromWarning, stacklevel=4)
+            warn(f"{path} ({form}): {'; '.join(said)}.")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.path, self._form, *self._given, self._torn)

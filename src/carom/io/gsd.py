@@ -9,13 +9,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
-from warnings import warn
 
 import numpy as np
 
 from carom import checks
 from carom.bridges.embedding import edges, embed, names_of, plain, require_at_most_three
-from carom.errors import CaromWarning
+from carom.errors import warn
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
 from carom.io.locks import WriteLock, patiently
@@ -207,9 +206,7 @@ class GsdWriter(Writer):
         if self._count == 0 and not all(frame.periodic):
             warn(
                 f"{self.path}: GSD knows no walls, so that OVITO, freud and MDAnalysis take every axis for "
-                "periodic. For OVITO and ASE write .extxyz; for freud use frame.to_freud().",
-                CaromWarning,
-                stacklevel=4,
+                "periodic. For OVITO and ASE write .extxyz; for freud use frame.to_freud()."
             )
         assert self._file is not None
         with self._write_lock.changing():

@@ -52,6 +52,8 @@ def checked(kind: str, value: Any) -> Any:
         return None
     example = "Andersen" if kind == "drive" else USUAL[kind].__name__
     wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {example}()"
+    if isinstance(value, str) and (call := tables.call_of(kind, value)):
+        raise InputError(f"{kind} must be a value, found the text {value!r}; write {kind}={call}.")
     if isinstance(value, type):
         raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
     known = kind_of(value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ import numpy as np
 
 from carom import theory
 from carom.block import Block
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
@@ -327,7 +326,7 @@ class PressureResult(OneNumber):
                 return self.Z.scaled(n / (n - 1.0), offset=-1.0 / (n - 1.0))
             return self.Z.scaled(1.0, offset=-theory.crystal_finite_size_shift(eta, n, equation))
         if doubt := finite_size_doubt(eta, n, d):
-            warnings.warn(doubt, CaromWarning, stacklevel=2)
+            warn(doubt)
         law = theory.best(d) if equation is None else equation
         return finite_size_correction(self.Z, packing_fraction=eta, n=n, equation=law)
 
@@ -412,8 +411,6 @@ def _of_events(found: Estimate, collisions: np.ndarray) -> Estimate:
 
 def _warn_few_collisions(collisions: int) -> None:
     if collisions < FEW_COLLISIONS:
-        warnings.warn(
-            f"The pressure and its error are a guess: {counted(collisions, 'collision')} in all. Run longer.",
-            CaromWarning,
-            stacklevel=3,
+        warn(
+            f"The pressure and its error are a guess: {counted(collisions, 'collision')} in all. Run longer."
         )

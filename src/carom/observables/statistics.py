@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.errors import CaromWarning, InputError
+from carom.errors import CaromWarning, InputError, warn
 from carom.observables.quantiles import chi_squared_below, student_above
 from carom.results import part
 from carom.table import decimals, in_html
@@ -236,7 +236,7 @@ def _blocked(x: np.ndarray, n: int, least: int) -> Estimate:
     """Return :func:`carom.observables.blocking` of n numbers of the order of one."""
     mean = float(x.mean())
     if n == 1:
-        warnings.warn(too_few(1.0), FewSamples, stacklevel=3)
+        warn(too_few(1.0), FewSamples)
         return Estimate(mean, math.inf, 1.0, 1.0, 1)
     # A constant series may deviate from its mean by the rounding of that mean.
     if np.ptp(x) == 0.0:
@@ -245,7 +245,7 @@ def _blocked(x: np.ndarray, n: int, least: int) -> Estimate:
     squared_error = float(np.var(blocks, ddof=1)) / blocks.size * (1.0 + correlation) / (1.0 - correlation)
     n_eff = float(np.var(x, ddof=1)) / squared_error if squared_error else math.inf
     if n_eff < FEW_SAMPLES:
-        warnings.warn(too_few(n_eff), FewSamples, stacklevel=3)
+        warn(too_few(n_eff), FewSamples)
     return Estimate(mean, math.sqrt(squared_error), n_eff, n / n_eff, blocks.size)
 
 

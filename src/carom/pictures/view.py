@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import warnings
 from collections.abc import Sequence
 from html import escape
 from importlib import resources
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from carom import checks, texts
-from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.errors import CaromError, FileError, InputError, warn
 from carom.frame import Frame
 from carom.io import records
 from carom.io.events import is_log
@@ -337,7 +336,7 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     try:
         scene = SceneFile.load(plan).scene
     except CaromError as error:
-        warnings.warn(f"Obstacles of the run are not drawn: {error}", CaromWarning, stacklevel=3)
+        warn(f"Obstacles of the run are not drawn: {error}")
         return ()
     box = _box_of(folder / "summary.json") or scene.box
     # Some formats keep six digits.

@@ -6,12 +6,11 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
-from warnings import warn
 
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.frame import Frame
 from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
@@ -244,9 +243,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: Any) -> dict[str, Any]:
         warn(
             "These atoms have no array 'radius'; a diameter of 1 was assumed, in the unit of their positions "
             "(ASE's are angstrom). Give diameter=..., or one for each symbol: "
-            f"diameter={{'{atoms.get_chemical_symbols()[0] if n else 'Ar'}': ...}}.",
-            CaromWarning,
-            stacklevel=3,
+            f"diameter={{'{atoms.get_chemical_symbols()[0] if n else 'Ar'}': ...}}."
         )
     elif isinstance(diameter, Mapping):
         symbols = atoms.get_chemical_symbols()
@@ -310,9 +307,7 @@ def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | 
         return positions
     warn(
         f"In positions of single precision {found[0]}; such spheres were moved apart. Start from a float64 "
-        "file (h5md, extxyz) to keep every digit.",
-        CaromWarning,
-        stacklevel=4,
+        "file (h5md, extxyz) to keep every digit."
     )
     return moved
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from carom import checks
 from carom.densities import packing_fraction
-from carom.errors import InputError
+from carom.errors import InputError, warn
 
 #: The most components a scene may have; their arrays fill about 30 GB.
 MOST = 10**8
@@ -154,7 +154,10 @@ def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...
         below = cells
     around = [each for each in (below, cells) if each is not None]
     if count == n or nearest:
-        return min(around, key=lambda each: abs(lattice.count(each) - n))
+        block = min(around, key=lambda each: abs(lattice.count(each) - n))
+        if (taken := lattice.count(block)) != n:
+            warn(f"{taken} particles were placed, the number nearest to n = {n} that fills {lattice.name}.")
+        return block
     counts = " or ".join(str(lattice.count(each)) for each in around)
     raise InputError(
         f"n = {n} does not fill a {lattice.name} lattice with equal cells along every axis; take n = "

@@ -92,9 +92,11 @@ def random(
 
     Notes
     -----
-    For d = 1 the result is an exact equilibrium configuration; for d >= 2 it must still be equilibrated.
-    Above 0.85 of random close packing smaller spheres are placed, which then grow while they move
-    (``carom.simulation.moves.growth``).
+    For d = 1 the result is an exact equilibrium configuration. For d >= 2 points are thrown, and spheres that
+    overlap are moved apart until they just clear; above 0.85 of random close packing smaller spheres are
+    placed so, which then grow while they move (``carom.simulation.moves.growth``). Either start is valid, but
+    no sample of equilibrium: many pairs nearly touch, so that g(r) at contact is many times that of the
+    fluid. Run :meth:`carom.Simulation.equilibrate` before anything is measured.
 
     Examples
     --------
@@ -186,7 +188,7 @@ def crystal(
         Cells along each axis, in place of n. One number counts those along the first axis; the others are
         chosen so that the box is nearly a cube.
     nearest : bool
-        Take the count nearest to ``n`` that fills a block.
+        Take the count nearest to ``n`` that fills a block; a warning says which, if it is another one.
     species : sequence of :class:`carom.Species`, optional
         A mixture, in random order on the lattice, on which the largest must fit side by side.
     diameter, mass : float
@@ -212,8 +214,6 @@ def crystal(
     >>> from carom import Scene
     >>> Scene.crystal(500, 0.6)
     Scene(n=500, dimension=3, box=(7.58471, 7.58471, 7.58471), diameter=1, mass=1, packing_fraction=0.6)
-    >>> Scene.crystal(1000, 0.6, nearest=True).n
-    864
     """
     refuse_unknown("Scene.crystal", keywords, signature(crystal).parameters)
     if lattice is None:

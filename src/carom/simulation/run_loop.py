@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ import numpy as np
 
 from carom.block import Block, weighted_sum
 from carom.compiling import entry
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.models.questions.memory import error_message
 from carom.scene.velocities import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
@@ -245,4 +244,4 @@ def _longest_wait(run_state: RunState) -> float:
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, CaromWarning, stacklevel=5)
+    warn(text)

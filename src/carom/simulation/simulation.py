@@ -12,7 +12,7 @@ from carom import checks, densities
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.meant import corrected
+from carom.meant import corrected, nearest
 from carom.models.copies import copied
 from carom.scene.fields import standing
 from carom.scene.keywords import ELSEWHERE
@@ -45,6 +45,15 @@ if TYPE_CHECKING:
     from carom.simulation.moves.swaps import Swaps
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
+
+MEANT = {
+    **dict.fromkeys(("pressure", "Z", "compressibility_factor"), "sim.measure(carom.Pressure())"),
+    "rdf": "carom.RDF().over(sim.sample(every=..., count=...))",
+    "temperature": "sim.kT",
+    "box": "sim.scene.box",
+    "step": "sim.run(...)",
+}
+"""What to write for what is no attribute."""
 
 
 class Simulation:
@@ -460,6 +469,14 @@ class Simulation:
             self._state.close_log()
             if self._state.executive is not None:
                 self._state.executive.close()
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            alike = None if name.startswith("_") else nearest(name, dir(type(self)))
+            hint = MEANT.get(name, f"sim.{alike}" if alike else "")
+            said = f"a simulation has no attribute {name!r}" + f"; take {hint}" * bool(hint)
+            raise AttributeError(said, name=name, obj=self)
 
     def __reduce__(self) -> Any:
         """Refuse to be pickled or copied."""

@@ -216,15 +216,19 @@ class SceneGrid(OfScene):
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks."""
-        from carom.studies.scenes import nearest_filling
-
         return [
             self.task(eta, n, replica)
             for eta in self.packing_fraction
             # Two values of n may give one number that fills the lattice; equal runs are no replicas.
-            for n in dict.fromkeys(nearest_filling(self._start(eta), self.dimension, n) for n in self.n)
+            for n in dict.fromkeys(self.taken(eta).values())
             for replica in range(self.replicas)
         ]
+
+    def taken(self, eta: float) -> dict[int, int]:
+        """Return the number of particles that runs at ``eta`` take for each n."""
+        from carom.studies.scenes import nearest_filling
+
+        return {n: nearest_filling(self._start(eta), self.dimension, n) for n in self.n}
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
         """Return one run (``eta``, ``n``, ``replica``); a study adds what else it needs."""

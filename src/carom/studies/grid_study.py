@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 from carom.studies.folder import Record, Task
 from carom.studies.grid import SceneGrid, collisions
 from carom.studies.study import Study
-from carom.texts import counted
 
 G = TypeVar("G", bound=SceneGrid)
 
@@ -47,20 +45,8 @@ class GridStudy(Study[G], Generic[G]):
             found.setdefault(self.point(record["task"]), []).append(record)
         return [found[point] for point in sorted(found)]
 
-    def _lines(self) -> Sequence[str]:
-        """Return what is printed: the grid, the results at its ends, and doubts about them."""
-        name, rows = self.spec.study, self.table
-        points = counted(len(rows), "point")
-        lines = [f"{name[0].upper()}{name[1:]} in {self.spec.dimension}D: {points}, {self._done()}"]
-        if rows:
-            lines.append(", ".join(map(self._at, rows[:1] if len(rows) == 1 else [rows[0], rows[-1]])))
-        return [*lines, *self._doubts()]
-
-    def _at(self, row: Any) -> str:
-        """Return the result of a point in words."""
-        raise NotImplementedError
-
-    def _doubts(self) -> list[str]:
-        """Return what is said of the whole below the results: how many points are flagged."""
-        flagged = sum(map(self.table.flagged, self.table))
-        return [f"{counted(flagged, 'point')} flagged: study.table says why"] if flagged else []
+    def sentences(self) -> list[str]:
+        """Return what became of numbers of particles that fill no lattice."""
+        taken = (pair for eta in self.spec.packing_fraction for pair in self.spec.taken(eta).items())
+        other = [f"{each} for n = {n}" for n, each in dict.fromkeys(taken) if each != n]
+        return [f"Lattices were filled, with the nearest number: {', '.join(other)}."] if other else []

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from carom import checks, meant
-from carom.errors import CaromError, CaromWarning, InputError
+from carom.errors import CaromError, InputError, warn
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
@@ -275,7 +274,7 @@ def measure(
     if not found:
         raise InputError("; ".join(f"No {name}: {why}" for name, why in reasons.items()) + ".")
     for name, why in reasons.items():
-        warnings.warn(f"No {name}: {why}.", CaromWarning, stacklevel=2)
+        warn(f"No {name}: {why}.")
     return found
 
 

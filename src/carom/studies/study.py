@@ -16,7 +16,6 @@ import platform
 import sys
 import threading
 import time as clock
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +24,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromWarning, FileError, InputError
+from carom.errors import FileError, InputError, warn
 from carom.io.records import listed
 from carom.notebook import watchable
 from carom.observables.statistics import unwarned
@@ -160,8 +159,8 @@ class Study(Result, Generic[S]):
             yield "Results", figure
 
     def _lines(self) -> Sequence[str]:
-        """Return what is printed: three lines at most."""
-        return [f"{self.title}: {self._done()}", *self.sentences()][:3]
+        """Return what is printed: the tables, and what the command says below them."""
+        return [f"{self.title}: {self._done()}", *map(str, self.printed()), *self.sentences()]
 
     def picture(self) -> Figure | None:
         """Return y of the table against x, with error bars; None where there is nothing to draw."""
@@ -548,17 +547,13 @@ class _Session:
     def warn(self) -> None:
         if failures := self.so_far().failures:
             first = failures[0]
-            warnings.warn(
+            warn(
                 f"{len(failures)} of {len(self.study.tasks)} {self.study.unit} failed, the first one "
                 f"{self.study.place(first.task)}: {first.reason}. The rest is done; run the study again to "
-                "try these.",
-                CaromWarning,
-                stacklevel=4,
+                "try these."
             )
         if self.unwritten:
-            warnings.warn(
+            warn(
                 f"{len(self.unwritten)} results could not be kept: {self.problem} "
-                "They are in the table now; run the study again to have them on the disk.",
-                CaromWarning,
-                stacklevel=4,
+                "They are in the table now; run the study again to have them on the disk."
             )

@@ -12,6 +12,7 @@ from typing import Any
 from carom import checks
 from carom.declared import fields_of, schema_of_table
 from carom.errors import InputError
+from carom.meant import nearest
 from carom.models import obstacles
 from carom.models.contacts.restitution import as_impact
 from carom.models.fields import plain
@@ -96,6 +97,15 @@ def from_table(values: Any, what: str) -> Any:
     elif kind == "steps" and "distances" in given:
         raise InputError("table and distances say the same thing in two ways: leave one of them out.")
     return _made(_class(known[kind]), this, given)
+
+
+def call_of(what: str, name: str) -> str:
+    """Return the call that makes a value of a type of tables, or of one spelt alike; "" if there is none."""
+    if (kind := nearest(name, known := KINDS[what])) is None:
+        return ""
+    cls = _class(known[kind])
+    needed = (f"{each}=..." for each, field in fields_of(cls).items() if field.needed)
+    return f"models.{cls.__name__}({', '.join(needed)})"
 
 
 def definitions() -> dict[str, Any]:

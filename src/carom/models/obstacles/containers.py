@@ -52,7 +52,8 @@ class SphericalContainer(Properties):
         if any(periodic):
             raise InputError(
                 f"Around {self.name}, a spherical container, no axis may be periodic, found "
-                f"{axis_name(list(periodic).index(True))}. Give all axes walls, walls=True."
+                f"{axis_name(list(periodic).index(True))}. Give all axes walls, walls=True; a solid "
+                'sphere in the box is a Ball, in a file type = "ball".'
             )
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float]:

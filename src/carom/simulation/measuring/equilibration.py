@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.meant import corrected
 from carom.models.active import Active
 from carom.notebook import watchable
@@ -172,12 +171,10 @@ def _leave_neighborhoods(
             return
         left = MOST_LENGTHS * collisions - done
         if left < 1.0:
-            warnings.warn(
+            warn(
                 f"The particles moved by {moved:.2g} mean spacings in {2.0 * done / sim.n:.3g} collisions "
                 f"per particle, and {needed:g} are needed to leave their neighborhoods: they are not in "
-                "equilibrium. Equilibrate longer, or begin at a lower density.",
-                CaromWarning,
-                stacklevel=4,
+                "equilibrium. Equilibrate longer, or begin at a lower density."
             )
             return
         # The mean square distance grows with time.

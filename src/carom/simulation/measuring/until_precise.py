@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.block import Block, weighted_sum
 from carom.compiling import entry
-from carom.errors import CaromWarning
+from carom.errors import CaromWarning, warn
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
@@ -46,11 +46,9 @@ def until(
         stretch.result = stretches.estimate(sim, observable, stretch.blocks)
         found = stretch.result.primary
         if not goal.reached(found):
-            warnings.warn(
+            warn(
                 f"walltime = {walltime:g} s ended the measurement at a relative error of "
-                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
-                CaromWarning,
-                stacklevel=3,
+                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for."
             )
     if progress is not None:
         progress(1.0)
@@ -63,7 +61,7 @@ def tell_doubts(result: Any, thermometer: Thermometer, relaxation: StructuralRel
     primary = getattr(result, "primary", None)
     error = math.inf if primary is None else primary.relative_error
     for sentence in (*doubts_about(result), *relaxation.doubts(), *thermometer.doubts(error)):
-        warnings.warn(sentence, CaromWarning, stacklevel=3)
+        warn(sentence)
 
 
 class _Stretch:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import itertools
 import math
-import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.obstacles import faces
@@ -131,7 +130,7 @@ def refuse(name: str, record: Record, plural: bool = False) -> None:
                 f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}"
             )
     for failure in failures:
-        warnings.warn(f"{name} makes energy. {failure}", CaromWarning, stacklevel=2)
+        warn(f"{name} makes energy. {failure}")
 
 
 def setting_of(scene: Scene, system: System) -> Setting:

@@ -119,10 +119,6 @@ class Codes(Study[CodeSpec]):
             f"{first_record['result']['problem'].rstrip('.')}. Give more tries."
         )
 
-    def _lines(self) -> Sequence[str]:
-        """Return what is printed: that of the code."""
-        return super()._lines() if self.code is None else self.code._lines()
-
     def more(self) -> dict[str, Any]:
         """Return the results for the code."""
         return {} if self.code is None else self.code._words()

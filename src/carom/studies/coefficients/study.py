@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom.errors import InputError
-from carom.observables.statistics import UNKNOWN, value_with_error
+from carom.observables.statistics import UNKNOWN
 from carom.studies.coefficients.analysis import Coefficient, Extrapolation, line
 from carom.studies.coefficients.measure import measure
 from carom.studies.coefficients.points import Coefficients, coefficients_of
@@ -22,7 +22,6 @@ from carom.studies.eos.study import composition
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
-from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -185,23 +184,6 @@ class Transport(GridStudy[TransportSpec]):
         name = kind(found["dimension"], self.spec.scene, mixture=len(species) > 1)
         article = "a " if len(species) > 1 else ""
         return f"Transport coefficients of {article}{name}{composition(species)}"
-
-    def _lines(self) -> list[str]:
-        """Return what is printed: the grid, the coefficients of one point, and the remarks."""
-        rows = self.points
-        what = counted(len(rows), "point")
-        if len(rows) == 1:
-            what = f"N = {rows[0].n} at packing fraction {rows[0].packing_fraction:g}"
-        lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]
-        if len(rows) == 1:
-            values = [
-                f"{name.replace('_', ' ')} {value_with_error(c.mean, c.error)}"
-                for name, (c, _) in rows[0].quantities().items()
-            ]
-            lines.append(f"{', '.join(values)} (units of the scene, k = 1)")
-        if remarks := self.remarks():
-            lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
-        return lines
 
     def picture(self) -> Figure | None:
         """Return the coefficients divided by Enskog's, and their convergence in time."""

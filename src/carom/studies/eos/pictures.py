@@ -243,7 +243,7 @@ def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equatio
                 errors.append(100.0 * row.Z_error / abs(theory))
         if kept:
             _points(axes, rows, n, good, kept, values, errors)
-            seen, bars = [*seen, *values], [*bars, *errors]
+            seen, bars = [*seen, *values], [*bars, *filter(math.isfinite, errors)]
     # The data set the axis: a long error bar or another theory may leave it.
     limit = max(1.3 * float(np.max(np.abs(seen))), 2.0 * float(np.median(bars))) or 1.0
     axes.set_ylim(-limit, limit)

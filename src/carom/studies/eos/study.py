@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom import theory
 from carom.errors import InputError
-from carom.observables.statistics import value_with_error
 from carom.studies.documented import documented
 from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.table import Row, row
+from carom.studies.eos.table import Row, compared, row
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.studies.phase import end
@@ -86,6 +85,13 @@ class EquationOfState(GridStudy[StudySpec]):
         last = end(self.spec.dimension)
         if self.equation is None and any(r.phase == "fluid" and r.packing_fraction > last for r in rows):
             units += f" The equation of state of the fluid ends at {last:g}: no theory beyond."
+        d = self.spec.dimension
+        beyond = any(round(r.packing_fraction, 9) >= theory.FREEZING.get(d, 1.0) for r in rows)
+        if beyond and len(self._species()) == 1 and compared(self.records[0]):
+            units += (
+                f" In {d}D the fluid freezes at {theory.FREEZING[d]:g} and the solid melts at "
+                f"{theory.MELTING[d]:g}: between these, phases may coexist."
+            )
         return Table(Row, rows, notes=[units, *remarks], flagged=lambda each: not each.equilibrated)
 
     @property
@@ -118,7 +124,7 @@ class EquationOfState(GridStudy[StudySpec]):
 
     def sentences(self) -> list[str]:
         """Return the comparison with theory, and how many points are flagged."""
-        said, flagged = [], sum(not each.equilibrated for each in self.table)
+        said, flagged = super().sentences(), sum(not each.equilibrated for each in self.table)
         if math.isfinite(chi2 := self.chi2_per_point):
             said.append(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}.")
         if flagged:
@@ -136,19 +142,6 @@ class EquationOfState(GridStudy[StudySpec]):
 
     def __repr__(self) -> str:
         return f"<EquationOfState: {counted(len(self.table), 'point')}, {self.progress} done>"
-
-    def _at(self, row: Row) -> str:
-        """Return Z of a point."""
-        return f"Z = {value_with_error(row.Z, row.Z_error)} at packing fraction {row.packing_fraction:g}"
-
-    def _doubts(self) -> list[str]:
-        """Return the comparison with theory, and how many points are flagged."""
-        said = []
-        if math.isfinite(self.chi2_per_point):
-            said.append(f"chi squared per point against theory {self.chi2_per_point:.2f}")
-        if flagged := sum(not each.equilibrated for each in self.table):
-            said.append(f"{flagged} flagged, and left out of fits")
-        return [", ".join(said)] if said else []
 
     def more(self) -> dict[str, Any]:
         """Return the fits in 1 / N, and the comparison with theory."""

@@ -42,7 +42,7 @@ class Row:
         Number of finished runs.
     Z, Z_error : float
         Z of n particles and its standard error: the mean over replicas weighted by their lengths; see
-        :func:`combined`.
+        :func:`combined`. Errors are nan where a remark says that the runs are too short for one.
     Z_infinite : float
         Z of infinitely many particles, by the correction of order 1 / n from theory; nan if there is none. It
         has the same error.
@@ -179,13 +179,16 @@ def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
     if _improbable(chi2, len(results) - 1):
         remarks.append("replicas disagree")
     few = any((r["Z"]["n_eff"] or 0.0) < FEW for r in results if z_error > 0.0)
-    if few or not all(r.get("relaxed", True) for r in results):
+    few = few or not all(r.get("relaxed", True) for r in results)
+    if few:
         remarks.append("too short for an error bar")
     equilibrated = not remarks
     goal = task.get("relative_error")
     # The goal is that of one replica, the error that of their mean. A tenth more is not worth a remark.
     if goal is not None and z_error > 1.1 * goal / math.sqrt(len(results)) * abs(z):
         remarks.append("the error asked for was not reached")
+    if few:
+        z_error = pressure_error = order_error = math.nan
     return Row(
         packing_fraction=eta,
         n=n,

@@ -18,7 +18,6 @@ from carom.observables.statistics import (
     blocking,
     linear_ratio,
     unwarned,
-    value_with_error,
 )
 from carom.studies.documented import documented
 from carom.studies.flow.measure import measure
@@ -106,11 +105,6 @@ class ShearFlow(GridStudy[ShearSpec]):
         point, flow = ("packing_fraction", "n", "rate"), ("kT", "viscosity", "enskog", "strain")
         rest = [name for name, _ in self.table.columns() if name not in flow]
         return [replace(self.table, only=(*point, *flow), notes=()), replace(self.table, only=rest)]
-
-    def _at(self, row: Row) -> str:
-        """Return the viscosity of a point."""
-        value = value_with_error(row.viscosity, row.viscosity_error)
-        return f"viscosity {value} at packing fraction {row.packing_fraction:g} and rate {row.rate:g}"
 
     def picture(self) -> Figure | None:
         """Return the viscosity against the rate, or of one rate the packing fraction, with Enskog's."""

@@ -7,7 +7,6 @@ import itertools
 import json
 import math
 import time as clock
-import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from carom.block import Block
-from carom.errors import CaromError, CaromWarning, FileError, InputError, OverlapError
+from carom.errors import CaromError, FileError, InputError, OverlapError, warn
 from carom.frame import Frame
 from carom.io.trajectory import open_reader
 from carom.models.obstacles.faces import stand_ins
@@ -149,7 +148,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None])
     for path, found in ((folder.timing, timing), (folder.summary, summary)):
         write_text(path, json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     for sentence in summary["remarks"]:
-        warnings.warn(sentence, CaromWarning, stacklevel=3)
+        warn(sentence)
     if parts.fault is not None:
         raise parts.fault
     report(1.0, "Done")

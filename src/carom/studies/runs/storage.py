@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 
@@ -81,11 +80,9 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
             f'scene has {dimension}; use ["h5md"].'
         )
     for form in sorted({*asked} - {*held}):
-        warnings.warn(
+        warn(
             f"{form} holds at most {LARGEST_EXTENDED} dimensions, and the scene has {dimension}: "
-            f"trajectory.{form} is left out.",
-            CaromWarning,
-            stacklevel=4,
+            f"trajectory.{form} is left out."
         )
     if "gsd" in held:
         checks.needed("gsd", '[run] write "gsd"', "'carom[gsd]', or leave it out")

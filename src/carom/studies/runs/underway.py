@@ -5,14 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 import time as clock
-import warnings
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
 from carom import io
 from carom.compiling import entry
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError, warn
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.layers import Layers
@@ -108,7 +107,7 @@ class Run:
         formats, frames = amount(plan, scene, checkpoint)
         self.formats = holdable(formats, scene.dimension)
         if reason := without_trajectory(plan, scene, self.formats, checkpoint):
-            warnings.warn(reason, CaromWarning, stacklevel=2)
+            warn(reason)
         self.stretch = Stretch.of(frames)
         self.written = Written(self.folder, self.formats)
         with self.folder.owned():
@@ -140,11 +139,7 @@ class Run:
         """Restore damaged trajectories from others."""
         for form, source in sources.items():
             path, other = self.folder.trajectory(form), self.folder.trajectory(source)
-            warnings.warn(
-                f"{path} was damaged or missing, and is made anew from {other.name}.",
-                CaromWarning,
-                stacklevel=2,
-            )
+            warn(f"{path} was damaged or missing, and is made anew from {other.name}.")
             io.rebuild(other, path, self.stretch.written)
 
     def _continued(self, form: str) -> Any:
