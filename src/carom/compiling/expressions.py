@@ -258,7 +258,7 @@ class Expressions(Calls):
 
 
 def _is_there(node: Any) -> bool:
-    """Tell whether a value needs no computation: for a branch LLVM would move loads to where few want them."""
+    """Tell whether a value needs no computation: for a branch LLVM would move loads into it."""
     if isinstance(node, ast.UnaryOp):
         node = node.operand
     return isinstance(node, ast.Name | ast.Constant)
