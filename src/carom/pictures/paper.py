@@ -29,7 +29,7 @@ def use() -> None:
     """Take the colors of Carom's figures for all figures of this process: ``C0``, ``C1``, ... are theirs."""
     import matplotlib
 
-    matplotlib.rcParams["axes.prop_cycle"] = matplotlib.cycler(color=SERIES)
+    matplotlib.rcParams["axes.prop_cycle"] = matplotlib.rcsetup.cycler(color=SERIES)
 
 
 def shade(number: int) -> str:

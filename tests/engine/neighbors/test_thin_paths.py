@@ -30,8 +30,9 @@ def marked(edges, core, now, span, positions, velocities):
     found, (lane, last) = [], prefilter.marked(everybody, 0, near)
     while lane < BLOCK:
         found.append(lane)
-        lane, same = prefilter.marked(everybody, lane + 1, near)
-        assert same == (last if lane < BLOCK else 0)
+        after = lane + 1
+        lane, same = prefilter.marked(everybody, after, near)
+        assert same == (last if lane < BLOCK else after)
     return [lane for lane in found if lane < len(positions)], near
 
 
