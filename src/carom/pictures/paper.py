@@ -27,9 +27,10 @@ PNG_LEVEL = 3
 
 def use() -> None:
     """Take the colors of Carom's figures for all figures of this process: ``C0``, ``C1``, ... are theirs."""
-    import matplotlib
+    from matplotlib import rcParams
+    from matplotlib.rcsetup import cycler
 
-    matplotlib.rcParams["axes.prop_cycle"] = matplotlib.rcsetup.cycler(color=SERIES)
+    rcParams["axes.prop_cycle"] = cycler(color=SERIES)
 
 
 def shade(number: int) -> str:
