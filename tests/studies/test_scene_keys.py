@@ -127,6 +127,7 @@ def test_the_table_has_every_key_and_every_study_that_reads_a_scene():
 
 
 @pytest.mark.usefixtures("unscheduled")
+@pytest.mark.filterwarnings("ignore:32 particles were placed")
 @pytest.mark.parametrize("study", SCENES)
 @pytest.mark.parametrize("key", KEYS)
 def test_a_study_uses_a_key_of_a_scene_or_refuses_it(study, key, tmp_path, monkeypatch):

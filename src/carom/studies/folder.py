@@ -64,13 +64,12 @@ def json_of(value: Any, name: str) -> Any:
         return {str(key): json_of(each, f"{name}[{key!r}]") for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [json_of(each, f"{name}[{k}]") for k, each in enumerate(value)]
-    try:
+    if value is None or isinstance(value, bool | str):
         return json.loads(canonical(value))
-    except (TypeError, ValueError):  # also of an integer with more digits than Python reads
-        raise InputError(
-            f"{name} is {checks.describe(value)}, and a file holds finite numbers, texts, True, False, None, "
-            "lists and dictionaries; give one of these."
-        ) from None
+    raise InputError(  # also of an integer with more digits than Python reads
+        f"{name} is {checks.describe(value)}, and a file holds finite numbers, texts, True, False, None, "
+        "lists and dictionaries; give one of these."
+    )
 
 
 def canonical(value: Any) -> str:
