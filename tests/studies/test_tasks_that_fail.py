@@ -85,6 +85,14 @@ def test_a_task_that_fails_costs_itself_alone(tmp_path, executor, fault, said):
     assert study_of(lambda: {"root": 0})(RootSpec()).run(executor=executor, out=tmp_path).complete
 
 
+def test_a_study_without_a_table_says_how_far_it_is():
+    @dataclass(frozen=True, repr=False)
+    class Bare(own.Study[RootSpec]):
+        Spec, name, measure = RootSpec, "roots", staticmethod(lambda task, look: {"root": task["x"]})
+
+    assert str(Bare(RootSpec()).run(executor="serial")).startswith("Roots: 3 runs")
+
+
 def test_the_exit_code_tells_of_a_task_that_failed(tmp_path, monkeypatch, capsys):
     """Nothing is drawn of a study without axes, which is no error."""
     monkeypatch.chdir(tmp_path)

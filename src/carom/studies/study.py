@@ -142,8 +142,8 @@ class Study(Result, Generic[S]):
         raise NotImplementedError
 
     def tables(self) -> list[Table]:
-        """Return what is shown: the results, and perhaps other tables."""
-        return [self.table]
+        """Return what is shown: the results, and perhaps other tables; nothing of a study without a table."""
+        return [self.table] if type(self).table is not Study.table else []
 
     def printed(self) -> list[Table]:
         """Return the tables that the command prints: what is read first. The others are in the files."""
