@@ -170,7 +170,8 @@ class Arithmetic:
         """Return a value that must be a number."""
         value = self.get(value)
         if not isinstance(value, Known | Number) or value.type is None or value.type is POINTER:
-            raise Untranslatable(f"a number is expected here, found {described(value)}")
+            loop = ": write a loop over its elements" if isinstance(value, Array | Lined) else ""
+            raise Untranslatable(f"a number is expected here, found {described(value)}{loop}")
         return value
 
     def text(self, value: Any) -> str:

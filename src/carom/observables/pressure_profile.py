@@ -131,18 +131,21 @@ def set_out(flux, i, x, v, now):
         flux.v[i, a] = v[a]
 
 
-def add(flux, virial, k, share, r, gained):
+def add(flux, virial, k, share, way, impulse):
     """Add a ``share`` of ``r_a dp_b`` to layer k."""
-    at = layer(flux, k)
+    at, (scale, r), (mass, before, after) = layer(flux, k), way, impulse
     for a in range(len(r)):
         for b in range(len(r)):
-            virial[at, a, b] += share * r[a] * gained[b]
+            virial[at, a, b] += share * (scale * r[a]) * (mass * (after[b] - before[b]))
 
 
-def hand_over(flux, virial, x, r, gained):
-    """Add ``r_a dp_b`` to the layers on the way r (d,), which begins at the coordinate x along the axis."""
-    width = flux.edge / len(flux.stays)
-    length = r[flux.axis]
+def hand_over(flux, virial, x, along, impulse):
+    """Add ``r_a dp_b`` to the layers on the way r, which begins at the coordinate x along the axis.
+
+    The way is a number times a vector (d,), the ``impulse`` a mass, and both velocities (d,).
+    """
+    width, (scale, r) = flux.edge / len(flux.stays), along
+    length = scale * r[flux.axis]
     way = 1.0 if length > 0.0 else -1.0
     k = np.int64(math.floor(x / width))
     passed = 0.0
@@ -152,10 +155,10 @@ def hand_over(flux, virial, x, r, gained):
         if not part < 1.0:
             break
         part = max(part, passed)
-        add(flux, virial, k, part - passed, r, gained)
+        add(flux, virial, k, part - passed, along, impulse)
         passed = part
         k += np.int64(way)
-    add(flux, virial, k, 1.0 - passed, r, gained)
+    add(flux, virial, k, 1.0 - passed, along, impulse)
 
 
 @at_pair.register
@@ -165,8 +168,8 @@ def _(observer: LayerFlux, event):
         i = event.i if which == 0 else event.j
         fly(flux, i, event.time)
         set_out(flux, i, event.x[which, axis], event.after[which], event.time)
-    gained = flux.masses[event.j] * (event.after[1] - event.before[1])
-    hand_over(flux, flux.virial, event.x[0, axis], event.r, gained)
+    impulse = flux.masses[event.j], event.before[1], event.after[1]
+    hand_over(flux, flux.virial, event.x[0, axis], (1.0, event.r), impulse)
 
 
 @at_obstacle.register
@@ -174,9 +177,9 @@ def _(observer: LayerFlux, event):
     flux, axis = observer, observer.axis
     fly(flux, event.i, event.time)
     set_out(flux, event.i, event.x[axis], event.after, event.time)
-    r = flux.radii[event.i] * event.normal
-    gained = flux.masses[event.i] * (event.after - event.before)
-    hand_over(flux, flux.pushed, event.x[axis] - r[axis], r, gained)
+    radius = flux.radii[event.i]
+    impulse = flux.masses[event.i], event.before, event.after
+    hand_over(flux, flux.pushed, event.x[axis] - radius * event.normal[axis], (radius, event.normal), impulse)
 
 
 def catch_up(flux, now):

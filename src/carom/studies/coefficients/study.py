@@ -224,7 +224,7 @@ def transport(
     ...     0.1, n=108, replicas=1, collisions_per_particle=400, equilibration=20, executor="serial"
     ... )
     >>> print(str(study).splitlines()[0])
-    Transport coefficients in 3D: N = 108 at packing fraction 0.1, 1 run
+    Transport coefficients of hard spheres: 1 run
     """
     spec = TransportSpec.of(scene, {"packing_fraction": packing_fraction, **given})
     return Transport(spec).run(**how)

@@ -201,6 +201,6 @@ def shear(rate: Iterable[float] | float | None = None, *, how: Mapping[str, Any]
     ...     1.0, n=64, packing_fraction=0.2, restitution=0.9, strains=60, replicas=1, executor="serial"
     ... )
     >>> print(str(study).splitlines()[0])
-    Shear flow in 3D: 1 point, 1 run
+    Shear flow: 1 run
     """
     return ShearFlow(ShearSpec(**given) if rate is None else ShearSpec(rate=rate, **given)).run(**how)  # type: ignore[arg-type]
