@@ -47,4 +47,4 @@ def test_an_observable_of_events_is_in_the_language(name, monkeypatch):
 
     monkeypatch.setattr(run_loop, "advance", stop)
     with pytest.raises(InterruptedError):
-        sim.measure(observable, collisions_per_particle=1)
+        sim.measure(observable, time=1.0)  # without a pilot, which nobody observes
