@@ -75,7 +75,13 @@ SMALLER = {
 }
 """What is added to a command that begins so, the longest fit: a size that takes seconds."""
 
-REPLACED = {"250:1": "6:1", r"code \d+": "code 5", r"(--target .*=(\+-)?)[\de.-]+": r"\g<1>0.5"}
+REPLACED = {
+    "--from 2.5 --to 4": "--from 0.02 --to 0.1",
+    "--time 10 --out dense": "--out dense",
+    "250:1": "6:1",
+    r"code \d+": "code 5",
+    r"(--target .*=(\+-)?)[\de.-]+": r"\g<1>0.5",
+}
 """Numbers that nothing added would replace: points, counts of a species, the error that a plan aims at."""
 
 READ = {"benchmarking.md", "evidence.md"}
