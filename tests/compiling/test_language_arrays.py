@@ -315,3 +315,21 @@ def test_the_first_of_equals_and_what_is_no_number_in_the_least_and_largest(valu
 
     for x in (math.nan, 0.0, -0.0, values[-1]):
         assert_twins(extremes, np.array(values), x)
+
+
+def with_room(x):
+    room = np.zeros(2)
+    room[0], room[1] = x, 2.0 * x
+    return room[0] + room[1]
+
+
+def summed(count, x):
+    total = 0.0
+    for k in range(count):
+        total += with_room(x * k)
+    return total
+
+
+def test_a_function_that_is_called_in_a_loop_may_make_an_array():
+    """Models are asked in loops of the engine: what they made was refused."""
+    assert_twins(summed, 5, 1.5)

@@ -75,7 +75,8 @@ class Arithmetic:
         self.flags = ""  # what may be done to floats, as LLVM writes it
         self.careful = False  # whether the function at hand is the user's
         self.faulty = False  # whether something in here may fail
-        self.open_loops = 0
+        self.open_loops = 0  # loops around the statement at hand, and those around the function at hand
+        self.loops_outside = 0
 
     # Text.
 

@@ -306,7 +306,7 @@ class Arrays(Arithmetic):
             size = math.prod(each.value for each in lengths)
         if size > MOST_LOCAL:
             raise Untranslatable(f"an array of {size} numbers is too large for a function: make it a field")
-        if self.open_loops and self.careful:
+        if self.open_loops > self.loops_outside and self.careful:
             raise Untranslatable("an array cannot be made in a loop: make it before, and fill it here")
         kind = element_type(dtype)
         array = Array(dtype, self.alloca(f"[{max(size, 1)} x {kind.llvm}]", 64), lengths, True)

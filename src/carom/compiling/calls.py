@@ -172,7 +172,8 @@ class Calls(Variables):
         function = plan.function
         if self.stack.count(function) >= DEEPEST:
             raise Untranslatable(f"{function.__name__} calls itself: write a loop")
-        before = self.flags, self.careful
+        before = self.flags, self.careful, self.loops_outside
+        self.loops_outside = self.open_loops
         self.flags = registry.FLAGS.get(function, self.flags)
         self.careful = plan.foreign
         self.stack.append(function)
@@ -192,9 +193,10 @@ class Calls(Variables):
                 wide[need.name] = need.kind
                 del self.body[lines:], self.entry[top:]
                 self.leaves, self.block, self.dead, self.targets, self.open_loops = before_it
-        self.flags, self.careful = before
+        self.flags, self.careful, self.loops_outside = before
         self.stack.pop()
-        if self.open_loops and self.careful and isinstance(result, Array) and result.local:
+        looped = self.open_loops > self.loops_outside and self.careful
+        if looped and isinstance(result, Array) and result.local:
             raise Untranslatable(f"{function.__name__} makes an array in a loop: give it one to fill")
         return result
 

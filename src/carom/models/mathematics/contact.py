@@ -23,7 +23,7 @@ would heat the spheres by 1e-17. The longer vector is rounded too, fairly, and i
 """
 
 
-def first_contact(c, rv, vv):
+def first_contact(c: float, rv: float, vv: float) -> float:
     """Return the time until r.r has fallen by c, or NEVER (Lubachevsky 1991, eq. 2).
 
     The form ``c / (-b + sqrt(b^2 - a c))`` keeps its digits at grazing contacts. A pair that overlaps by
