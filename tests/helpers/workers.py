@@ -25,13 +25,6 @@ def rest(value):
     return os.getpid()
 
 
-def compiled_there(value):
-    """Stand for a task that compiles, on a worker."""
-    from numba import njit
-
-    return njit(lambda x: x + value)(1)
-
-
 class Odd(Exception):
     """An error that takes two arguments and gives one to its base, so that it cannot be unpickled."""
 

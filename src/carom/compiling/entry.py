@@ -187,12 +187,3 @@ class Translated:
     def addresses(self) -> tuple[int, ...]:
         """Return the addresses of functions that Numba has compiled."""
         return tuple(address for _, address, _ in self.foreign)
-
-
-def reason(function: Any, *arguments: Any) -> str | None:
-    """Return why a function of the user's cannot be compiled, or None where it can."""
-    try:
-        Translated(function, arguments, "tried")
-    except Untranslatable as error:
-        return str(error)
-    return None

@@ -11,6 +11,7 @@ import types
 from contextlib import suppress
 from typing import Any
 
+from carom.compiling import registry
 from carom.compiling.faults import Untranslatable
 
 _trees: dict[str, tuple[str, dict[tuple[str, int], Any]]] = {}
@@ -88,7 +89,7 @@ class Plan:
         self.rest = given.vararg.arg if given.vararg else None
         self.defaults = function.__defaults__ or ()
         self.cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
-        self.foreign = (function.__globals__.get("__name__") or "").partition(".")[0] != "carom"
+        self.foreign = not registry.is_ours(function.__globals__.get("__name__"))
         self.assigned: dict[str, int] = {}
         for each in self.body:
             self._count(each, 1)
