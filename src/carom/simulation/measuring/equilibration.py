@@ -14,7 +14,6 @@ from carom.notebook import watchable
 from carom.scene.fields import standing
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.relaxation import StructuralRelaxation
-from carom.simulation.moves.barostat import tuning
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -150,14 +149,13 @@ def equilibrate(
         if progress is not None:
             progress(min((sim.collisions - start) / collisions, 1.0) if collisions else 1.0)
 
-    with tuning(sim._state):
-        if kT is not None and sim._state.system.drive is None:
-            Equilibration(sim, kT, collisions).run(look)
-        else:
-            if kT is not None:
-                sim.rescale(kT)
-            sim.run(collisions=collisions, progress=look)
-        _leave_neighborhoods(sim, start, collisions, relaxation)
+    if kT is not None and sim._state.system.drive is None:
+        Equilibration(sim, kT, collisions).run(look)
+    else:
+        if kT is not None:
+            sim.rescale(kT)
+        sim.run(collisions=collisions, progress=look)
+    _leave_neighborhoods(sim, start, collisions, relaxation)
 
 
 def _leave_neighborhoods(
