@@ -10,8 +10,8 @@ import pytest
 from helpers.frames import crystal, frame_of, frames_of
 
 import carom
-from carom.bridges.palette import FACES, SEQUENTIAL, rgb
 from carom.errors import InputError
+from carom.figures.palette import FACES, SEQUENTIAL, rgb
 from carom.models import Ball, Plane
 from carom.pictures import plots, render
 from carom.pictures.caption import decimals_of

@@ -17,11 +17,11 @@ from PIL import Image
 from carom import theory
 from carom.block import Block
 from carom.errors import FileError, InputError
+from carom.figures.palette import THEORIES
 from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
-from carom.pictures.palette import THEORIES
 
 
 def dashed(figure):

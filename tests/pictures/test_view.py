@@ -20,9 +20,9 @@ from matplotlib.collections import EllipseCollection
 
 import carom
 import carom.io
-from carom.bridges.palette import FACES, rgb
 from carom.cli import files
 from carom.errors import CaromWarning, FileError, InputError
+from carom.figures.palette import FACES, rgb
 from carom.models import (
     Arc,
     Ball,

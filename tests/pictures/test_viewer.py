@@ -12,7 +12,7 @@ from helpers.browser import browser, where
 from helpers.frames import crystal, frame_of
 
 import carom
-from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL, rgb
+from carom.figures.palette import DIVERGING, FACES, SEQUENTIAL, rgb
 from carom.pictures import viewdata
 from carom.simulation.replay import Replay
 

@@ -19,7 +19,7 @@ from carom.bridges.embedding import (
     require_at_most_three,
     symbols_of,
 )
-from carom.bridges.palette import colors_of
+from carom.figures.palette import colors_of
 
 if TYPE_CHECKING:
     import ase

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
-from carom.bridges.palette import colors_of
 from carom.checks import needed
 from carom.errors import InputError
+from carom.figures.palette import colors_of
 
 if TYPE_CHECKING:
     import freud

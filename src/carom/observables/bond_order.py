@@ -12,13 +12,14 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import factor
 from carom.errors import InputError
+from carom.figures import curves
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.neighbors import Bonds, nearest, pairs_within, within
@@ -27,6 +28,9 @@ from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
 from carom.results import Binned
 from carom.scene.overlaps import Room, room_of_frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NEAREST = {2: 6, 3: 12, 4: 24}
 """Default number of neighbors, by dimension: the number of contacts in the densest lattice."""
@@ -240,6 +244,14 @@ class BondOrderResult(Binned):
             ("neighbors", self.neighbors),
         ]
         return f"Bond order of degree {self.l}", [(name, each.value_text) for name, each in rows]
+
+    def _draw(self, axes: Axes) -> None:
+        seen = np.isfinite(self.correlation)
+        if not seen.any():
+            raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
+        curves.curve(axes, self.middle[seen], self.correlation[seen], self.correlation_error[seen])
+        curves.level(axes, 0.0)
+        axes.set(xlabel="distance r", ylabel="correlation of local orders")
 
     def _columns(self) -> dict[str, Any]:
         if not self.correlation.size:

@@ -8,12 +8,13 @@ to one cluster.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.figures.palette import INK, PALE
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.bond_order import BondOrder, orders_of
@@ -22,6 +23,9 @@ from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
 from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DEGREE = 6
 
@@ -142,6 +146,15 @@ class CrystallinityResult(Result):
             ("largest cluster", self.largest.value_text),
         ]
         return f"Crystallinity of {counted(self.n, 'particle')}, {counted(self.times.size, 'frame')}", rows
+
+    def _draw(self, axes: Axes) -> None:
+        axes.plot(self.times, self.solid, ".-", color=PALE, markersize=4, linewidth=0.9, label="solid-like")
+        axes.plot(
+            self.times, self.largest_cluster, ".-", color=INK, markersize=4, linewidth=1.2,
+            label="largest cluster",
+        )  # fmt: skip
+        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="time t", ylabel="particles")
 
     def _columns(self) -> dict[str, Any]:
         return {"time": self.times, "solid": self.solid, "largest_cluster": self.largest_cluster}

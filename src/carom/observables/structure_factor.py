@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import INK
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.of_frames import OfFrames, species_pair
@@ -18,6 +20,9 @@ from carom.observables.waves import Waves
 from carom.results import Result
 from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SAME = 1e-6  # change of the tilt of a box up to which it is that of rounded files
 
@@ -150,6 +155,13 @@ class StructureFactorResult(Result):
         ]
         seen = counted(self.k.size, "wave number"), counted(self.frames, "frame")
         return f"S(k) of {counted(self.n, 'particle')}, {', '.join(seen)}", rows
+
+    def _draw(self, axes: Axes) -> None:
+        curves.level(axes, 1.0)
+        errors = curves.known(self.error)
+        axes.errorbar(self.k, self.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
+        axes.set_xlim(left=0.0)
+        axes.set(xlabel="wave number k", ylabel="structure factor S(k)")
 
     def _columns(self) -> dict[str, Any]:
         return {"k": self.k, "S": self.S, "error": self.error, "vectors": self.vectors}

@@ -153,6 +153,7 @@ class WallPressureResult(OneNumber):
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
     _main = "pressure"
+    _ylabel = "pressure P"
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         if self.never_hit:

@@ -1,4 +1,4 @@
-"""Figures of results and frames.
+"""Pictures, movies and pages of runs, files, scenes and packings.
 
-Nothing here computes results or runs a simulation.
+``paper``, the look of figures, is ``carom.figures.style`` now.
 """

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import cell_of, upright
-from carom.bridges.palette import FACES
+from carom.figures.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle

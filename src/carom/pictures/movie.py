@@ -14,8 +14,8 @@ import numpy as np
 
 from carom import checks
 from carom.bridges.embedding import embed, names_of
-from carom.bridges.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.errors import InputError
+from carom.figures.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader, trajectory_of

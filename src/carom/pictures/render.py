@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carom.bridges.embedding import embed, upright
-from carom.bridges.palette import colors_of
+from carom.figures.palette import colors_of
 from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
 from carom.pictures.hidden import visible

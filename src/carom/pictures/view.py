@@ -181,8 +181,8 @@ def _data(
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
     from carom.pictures import viewdata
-    from carom.scene.description import particles
     from carom.scene.scene import Scene
+    from carom.texts import particles
 
     if isinstance(source, str | os.PathLike):
         return _of_path(Path(source), obstacles, collisions, times, own)

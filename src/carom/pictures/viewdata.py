@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import embed, names_of, upright
-from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.errors import InputError
+from carom.figures.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.models.questions.obstacle import Obstacle
 from carom.observables.neighbors import nearest
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
-from carom.scene.description import particles
 from carom.scene.fields import standing
 from carom.scene.overlaps import room_of_frame
-from carom.texts import counted
+from carom.texts import counted, particles
 
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay

@@ -26,12 +26,11 @@ from carom.models.obstacles import Obstacle
 from carom.observables.packing import PackingNetwork, network_of
 from carom.paths import replacing, write_text, writing
 from carom.results import Result, plain, shown
-from carom.scene.description import particles
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
 from carom.table import in_html as table
-from carom.texts import counted, visible
+from carom.texts import counted, particles, visible
 from carom.version import __version__
 
 HISTORY = np.dtype([("collisions", np.int64), ("packing_fraction", float), ("Z", float), ("rate", float)])

@@ -1,4 +1,4 @@
-"""The colors of species and of quantities: the same in pictures, in the viewer, and for other programs."""
+"""The colors of species, quantities and curves: the same in figures, the viewer and other programs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,15 @@ SEQUENTIAL = (
 
 DIVERGING = ("#3b4cc0", "#6f92f3", "#aac7fd", "#dddcdc", "#f7b89c", "#e7745b", "#b40426")
 """On both sides of zero: the map "coolwarm" of Moreland (2009)."""
+
+INK = "#1f4e79"
+SERIES = (INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
+"""Of several curves, in their order; with more curves they repeat. They are also readable without color."""
+PALE = "#9dbbd8"
+GRAY = "#555555"
+WARM = "#c0392b"
+THEORIES = ((WARM, "-"), ("#14888c", "--"), (GRAY, ":"), ("#7a3ea8", "-."))
+"""Color and line of each of several theories in one picture."""
 
 
 def rgb(color: str) -> tuple[float, float, float]:

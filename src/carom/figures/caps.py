@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
+from carom.figures.palette import FACES, rgb
 
 LIGHT = np.array([-0.45, 0.55, 0.70]) / math.sqrt(0.45**2 + 0.55**2 + 0.70**2)
 """Unit vector towards the light, in the axes of the picture: right, up, towards the eye."""
@@ -46,7 +46,7 @@ def caps(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from carom.pictures.paper import saved
+    from carom.figures.style import saved
 
     points = np.asarray(points, float)
     if points.ndim != 2 or points.shape[1] != 3:

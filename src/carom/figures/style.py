@@ -1,4 +1,4 @@
-"""The paper that pictures are drawn on: colors, sizes, a pair of axes, and how a figure is saved."""
+"""The look of figures: colors, sizes, a pair of axes, titles, and how a figure is saved."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carom.errors import FileError
+from carom.figures.palette import SERIES
 from carom.paths import replacing
-from carom.pictures.palette import SERIES
+from carom.texts import particles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,14 +41,14 @@ def shade(number: int) -> str:
 
 def figure_of(width: float, height: float) -> Figure:
     """Return a figure of a size in inches, without axes."""
-    from carom.pictures.importing import picture
+    from carom.figures.importing import picture
 
     return picture()(width, height, DPI)
 
 
 def sheet(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
     """Return a figure of a size in inches with one pair of axes."""
-    from carom.pictures.importing import picture
+    from carom.figures.importing import picture
 
     figure = picture()(width, height, dpi)
     axes = figure.add_subplot()
@@ -66,6 +67,22 @@ def lay_out(figure: Figure, axes: Axes) -> None:
     # The powers of a logarithmic axis are commands of mathematics, which are longer than what is seen.
     left = 0.5 + max(len(re.sub(r"\\mathdefault|[$^{}]", "", text)) for text in numbers) * DIGIT
     axes.set_position((left / width, 0.55 / height, 1.0 - (left + 0.2) / width, 1.0 - 0.9 / height))
+
+
+def state(n: int, dimension: int, packing_fraction: float) -> str:
+    """Return number, kind and packing fraction, if they have one, of the particles, for a title."""
+    count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
+    eta = f", η = {packing_fraction:.4g}" if packing_fraction else ""  # points fill nothing
+    return f"{count} {particles(dimension, n)}{eta}"
+
+
+def finished(figure: Figure, axes: Axes, title: str, path: str | os.PathLike[str] | None) -> Figure:
+    """Return a figure of curves with its title and, if there are names, a legend, and save it."""
+    axes.set_title(title, fontsize=TITLE, y=TOP)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    lay_out(figure, axes)
+    return saved(figure, path)
 
 
 def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:

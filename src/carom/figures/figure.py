@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from carom.pictures.palette import SERIES
+from carom.figures.palette import SERIES
 
 
 class Picture(Figure):

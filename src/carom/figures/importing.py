@@ -9,7 +9,7 @@ import gc
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from carom.pictures.figure import Picture
+    from carom.figures.figure import Picture
 
 _unread = False
 
@@ -28,7 +28,7 @@ def picture() -> type[Picture]:
     try:
         if _unread:
             _leave_docstrings()
-        from carom.pictures.figure import Picture
+        from carom.figures.figure import Picture
     finally:
         if collects:
             gc.enable()
