@@ -72,7 +72,7 @@ if TYPE_CHECKING:
 _LAZY = {
     name: home
     for home, names in {
-        "carom.scene.scene": "Scene",
+        "carom.simulation.moves.growth": "Scene",
         "carom.scene.species": "Species",
         "carom.simulation.simulation": "Simulation Statistics",
         "carom.simulation.tuning": "Tuning",

@@ -214,7 +214,7 @@ class Result:
         """
         return drawn(self, path)
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         """Draw the result into a pair of axes."""
         raise InputError(f"There is no picture of a {type(self).__name__}; to_dataframe() gives a table.")
 
@@ -224,9 +224,9 @@ class Result:
 
 
 def drawn(result: Any, path: str | os.PathLike[str] | None = None, **given: Any) -> Figure:
-    """Return the picture of a ``result``, by its ``_draw`` with what is ``given``; save it to a ``path``."""
+    """Return the picture of a ``result``, by ``_draw_into`` with what is ``given``, and save it."""
     figure, axes = style.sheet(7.0, 4.2)
-    result._draw(axes, **given)
+    result._draw_into(axes, **given)
     return style.finished(figure, axes, result._heading(), path)
 
 

@@ -41,7 +41,7 @@ DRAWN = {
     name
     for name, kind in KINDS.items()
     if kind.__module__.startswith("carom.observables.")
-    and getattr(kind, "_draw", Result._draw) != Result._draw
+    and getattr(kind, "_draw_into", Result._draw_into) != Result._draw_into
 } - {"OneNumber"}
 """Results that draw themselves."""
 

@@ -128,7 +128,5 @@ def alone(code: str) -> str:
 
 @pytest.mark.slow
 def test_a_process_that_imports_a_scene_alone_makes_a_dense_one():
-    code = (
-        "from carom.scene.scene import Scene; print(Scene.random(40, packing_fraction=0.56).packing_fraction)"
-    )
+    code = "from carom import Scene; print(Scene.random(40, packing_fraction=0.56).packing_fraction)"
     assert float(alone(code)) == pytest.approx(0.56, rel=1e-12)

@@ -24,15 +24,15 @@ from carom.figures.palette import colors_of
 if TYPE_CHECKING:
     import ase
 
-    from carom.frame import Frame
+    from carom.configuration import Configuration
 
 
-def to_ase(frame: Frame) -> ase.Atoms:
+def to_ase(frame: Configuration) -> ase.Atoms:
     """Return a frame as an ``ase.Atoms``, with the symbol X or species' names that are chemical symbols.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Configuration
         A frame in at most three dimensions. Missing coordinates become 0, and their axes are not periodic.
 
     Returns

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from carom.frame import Frame
+    from carom.configuration import Configuration
 
 AXES = "xyz"
 
 
-def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
+def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
     """Return freud's box, periodic where the frame is, and centered float32 positions (n, 3)."""
     if frame.dimension not in (2, 3):
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
@@ -37,7 +37,7 @@ def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
     return result, embed((frame.positions - middle).astype(np.float32))
 
 
-def to_ovito(frame: Frame) -> ovito.data.DataCollection:
+def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     """Return OVITO's data collection of a frame."""
     require_at_most_three(frame.dimension, "OVITO")
     data = needed("ovito.data", "A frame for OVITO", "ovito")
@@ -65,7 +65,7 @@ def to_ovito(frame: Frame) -> ovito.data.DataCollection:
     return result
 
 
-def to_pandas(frame: Frame) -> pandas.DataFrame:
+def to_pandas(frame: Configuration) -> pandas.DataFrame:
     """Return a row for each component."""
     pandas = needed("pandas", "A DataFrame", "pandas")
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
@@ -80,7 +80,7 @@ def to_pandas(frame: Frame) -> pandas.DataFrame:
     return pandas.DataFrame(columns)
 
 
-def to_xarray(frames: Sequence[Frame]) -> xarray.Dataset:
+def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
     """Return positions and velocities (time, component, axis) of frames, and the other fields."""
     xarray = needed("xarray", "A Dataset", "xarray")
     first = frames[0]

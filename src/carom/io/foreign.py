@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.configuration import MOST_SPECIES
 from carom.errors import CaromError, FileError, InputError, warn
 from carom.frame import Frame
 from carom.io.ase import wrapped
@@ -20,7 +21,6 @@ from carom.io.foreign_source import thin
 from carom.io.formats import Reader
 from carom.io.validation import narrowed
 from carom.paths import reason
-from carom.scene.species import MOST_SPECIES
 from carom.texts import counted
 
 if TYPE_CHECKING:

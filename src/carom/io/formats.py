@@ -150,7 +150,7 @@ class Reader(Closing, ABC):
         return f"<{self.path}: {holds}>"
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded
+        from carom.drawing.page import embedded
 
         return embedded(self) or in_html(str(self.path), [("frames", str(len(self)))])
 

@@ -127,7 +127,7 @@ class DensityProfileResult(Binned):
         frames = counted(self.frames, "frame")
         return f"Number density along {axis_name(self.axis)} [1 / length^d], {frames}", rows
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         axes.stairs(self.density, self.edges, color=INK, linewidth=1.2)
         errors = curves.known(self.error)
         axes.errorbar(self.middle, self.density, errors, fmt="none", color=INK, linewidth=0.9)

@@ -421,7 +421,7 @@ class DynamicsResult(Result):
         ]
         return f"Displacements at {self._moments()}, the last {self.times[-1]:g}", rows
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         curves.curve(axes, self.times, self.mean_square, self.mean_square_error, "measured")
         axes.set_xscale("log")
         if (self.mean_square > 0.0).all():

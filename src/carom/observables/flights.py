@@ -79,7 +79,7 @@ class Distribution(Binned):
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         return f"Distribution in {self.density.size} bins", [("mean", self.mean.value_text)]
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         curves.curve(axes, self.middle, self.density, self.error)
         axes.axvline(self.mean.mean, color=GRAY, linestyle="--", linewidth=0.9)
         label = f"value, mean {curves.stated(self.mean.value_text)}"
@@ -123,7 +123,7 @@ class FreeFlightsResult(Result):
             rows += [(f"free path{of} [length]", path.mean.value_text)]
         return "Means of free flights", rows
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         for k, each in enumerate(self.free_time):
             seen, color = each.density > 0.0, shade(k)
             label = f"species {k}" if len(self.free_time) > 1 else ""

@@ -81,7 +81,7 @@ class OneNumber(Result):
         found: Estimate = getattr(self, self._main)
         return found
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         text = curves.stated(getattr(self, self._main).value_text)
         curves.running_mean(axes, self.block_durations, self.block_values, text)
         axes.set_ylabel(self._ylabel)

@@ -18,9 +18,9 @@ import numpy as np
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.geometry.nearby import columns_around, put_spans, put_squares
+from carom.geometry.overlaps import geometry_of_frame
 from carom.jit import compiled
-from carom.scene.nearby import columns_around, put_spans, put_squares
-from carom.scene.overlaps import room_of_frame
 
 WORTH_THREADS = 2_000_000
 """Number of pairs in reach below which a second thread gains nothing; they take some 15 ms."""
@@ -56,7 +56,7 @@ def counts_of(
 
 def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndarray) -> np.ndarray:
     """Return the numbers of pairs (m,) in each bin in a tilted cell, whose pairs are listed."""
-    room = room_of_frame(frame)
+    room = geometry_of_frame(frame)
     pairs = room.near(frame.positions, float(edges[-1]))
     if pair is not None:
         kinds = np.sort(np.asarray(frame.species)[pairs], axis=1)
@@ -70,7 +70,7 @@ def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndar
 
 def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
     """Raise InputError that names the closest pair of a frame, or of two of its species."""
-    room = room_of_frame(frame)
+    room = geometry_of_frame(frame)
     members = np.arange(frame.n)
     species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     if pair is not None:

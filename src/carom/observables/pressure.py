@@ -288,7 +288,7 @@ class PressureResult(OneNumber):
     def _heading(self) -> str:
         return state(self.n, self.dimension, self.packing_fraction)
 
-    def _draw(self, axes: Axes, equations: Mapping[str, theory.Equation | float] | None = None) -> None:
+    def _draw_into(self, axes: Axes, equations: Mapping[str, theory.Equation | float] | None = None) -> None:
         """Draw the convergence of Z: block values, the running mean with its error band, and theory."""
         if not self.block_values:
             raise InputError("The estimate holds no block of the run, so there is nothing to draw.")
@@ -302,8 +302,9 @@ class PressureResult(OneNumber):
         axes.plot(middles, means, ".", color=PALE, markersize=4, zorder=1, label=label)
         if math.isfinite(z.error):
             # The final error times sqrt(total time / time so far): that of a stationary run of that length.
-            half, look = z.error * np.sqrt(time[-1] / time), {"color": INK, "alpha": 0.18, "linewidth": 0}
-            axes.fill_between(time, running - half, running + half, zorder=2, **look)
+            half = z.error * np.sqrt(time[-1] / time)
+            low, high = running - half, running + half
+            axes.fill_between(time, low, high, color=INK, alpha=0.18, linewidth=0, zorder=2)
         label = f"running mean, Z = {curves.stated(z.value_text)}"
         axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=label)
         eta = self.packing_fraction

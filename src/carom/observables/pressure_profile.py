@@ -423,7 +423,7 @@ class PressureProfileResult(Binned):
         title = f"Pressure tensor along axis {self.axis} [energy / length^{self.dimension}]"
         return f"{title}, {counted(self.blocks, 'block')}", rows
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         across = [a for a in range(self.dimension) if a != self.axis]
         for k, a in enumerate((self.axis, *across)):
             label = f"$P_{{{2 * axis_name(a)}}}$"

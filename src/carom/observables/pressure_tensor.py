@@ -282,7 +282,7 @@ class PressureTensorResult(Result):
         rows = [(f"P_{a}{b}", shown(self.tensor[a], self.error[a], b)) for a, b in self._pairs()]
         return f"Pressure tensor of {counted(self.n, 'particle')} [energy / length^{self.dimension}]", rows
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         pairs = self._pairs()
         colors = [INK if a == b else WARM for a, b in pairs]
         names = [axis_name(a) + axis_name(b) for a, b in pairs]

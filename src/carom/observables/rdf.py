@@ -144,7 +144,7 @@ class RDFResult(Binned):
         title = state(self.n, self.dimension, self.packing_fraction)
         return f"{title}, {counted(self.frames, 'frame')}"
 
-    def _draw(self, axes: Axes, contact_value: Estimate | None = None) -> None:
+    def _draw_into(self, axes: Axes, contact_value: Estimate | None = None) -> None:
         """Draw g(r), with the region near contact enlarged, and the contact value by the pressure."""
         unit = self.diameter or 1.0
         r, g, error, edges = self.r / unit, self.g, self.error, self.edges / unit
@@ -357,7 +357,7 @@ class PartialRDFResult(Result, dict[str, RDFResult]):
     def _heading(self) -> str:
         return next(iter(self.values()))._heading()
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         if not self:
             raise InputError("There is no g(r), so there is nothing to draw.")
         unit = max(found.diameter for found in self.values())

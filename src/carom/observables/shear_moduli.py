@@ -157,7 +157,7 @@ class ShearModuliResult(Result):
             rows,
         )
 
-    def _draw(self, axes: Axes) -> None:
+    def _draw_into(self, axes: Axes) -> None:
         parts = (("storage $G'$", self.storage), ("loss $G''$", self.loss))
         known = [(each.mean, each.error if math.isfinite(each.error) else 0.0) for _, each in parts]
         curves.points(

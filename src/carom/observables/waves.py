@@ -70,7 +70,7 @@ class Waves:
     def density(self, positions: np.ndarray) -> np.ndarray:
         """Return the parts of ``sum exp(i q.r)``, real and imaginary, (m, 2).
 
-        In a tilted box, positions (n, d) are along its axes (``Room.along``).
+        In a tilted box, positions (n, d) are along its axes (``Geometry.along``).
         """
         most = int(np.abs(self.numbers).max())
         turns = np.arange(-most, most + 1)[:, None, None] * (positions / self.box)

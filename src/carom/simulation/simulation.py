@@ -330,9 +330,9 @@ class Simulation:
         FileError
             If the file cannot be written.
         """
-        from carom.pictures.view import view
+        from carom.drawing.page import shown
 
-        return view(self, path)
+        return shown([self.frame()], path, obstacles=standing(self.scene))
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Return a picture of the particles and obstacles at the present time, a Matplotlib figure.
@@ -347,7 +347,7 @@ class Simulation:
         FileError
             If the picture cannot be saved.
         """
-        from carom.pictures.plots import snapshot
+        from carom.drawing.snapshot import snapshot
 
         return snapshot(self.frame(), obstacles=standing(self.scene), path=path)
 

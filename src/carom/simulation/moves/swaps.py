@@ -20,11 +20,11 @@ import numpy as np
 from carom import checks, seeds
 from carom.declared import SEED, Declared, described, integer, needed, number, option, positive
 from carom.errors import InputError
+from carom.geometry.overlaps import Geometry
 from carom.jit import compiled
 from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
-from carom.scene.overlaps import Room
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -149,7 +149,7 @@ def sweep(run_state: Any) -> None:
 def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     """Return whose size each particle gets, (n,), and how many exchanges were tried and accepted."""
     frame, swaps = run_state.frame(), sweeps.swaps
-    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
+    room = Geometry(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
     places = room.wrapped(frame.positions)
     pairs = room.near(places, float(frame.diameters.max()) * (1.0 + SLIGHT))
     apart = room.separations(places, pairs) ** 2

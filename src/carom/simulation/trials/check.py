@@ -12,6 +12,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.geometry.overlaps import Overlap
 from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
@@ -22,7 +23,6 @@ from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
-from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.simulation.measuring.depths import deepest, in_frames, present
 from carom.simulation.simulation import Simulation

@@ -10,10 +10,11 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
+from carom.geometry import overlaps
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, jump, mass, radius
 from carom.models.questions.steps import step_bits, step_jump, step_time
-from carom.scene import overlaps
+from carom.scene.fields import geometry_at_start
 from carom.simulation.trials import probes
 from carom.simulation.trials.setting import TOLERANCE, number_of
 
@@ -164,7 +165,7 @@ def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> N
 
     That is ``core_square``, or where they are thrown back also from where they are.
     """
-    geometry = overlaps.room_at_start(scene)
+    geometry = geometry_at_start(scene)
     speed = float(system.unit.to_kernel(1.0, -1))
     pairs = geometry.near(geometry.wrapped(scene.positions), system.diameter)
     distances = geometry.distances(scene.positions, pairs)

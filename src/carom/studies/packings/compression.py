@@ -19,14 +19,14 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
+from carom.geometry.overlaps import rounding
 from carom.io import checkpoint
 from carom.models.obstacles.named_walls import Walls
 from carom.paths import writing
 from carom.scene import lattices
-from carom.scene.overlaps import rounding
-from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
 from carom.simulation.files.checkpoint import save
+from carom.simulation.moves.growth import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.packings.packing import HISTORY, Packing, parted

@@ -17,6 +17,7 @@ import numpy as np
 from carom.block import Block
 from carom.errors import CaromError, FileError, InputError, OverlapError, warn
 from carom.frame import Frame
+from carom.geometry.overlaps import Overlap
 from carom.io.trajectory import open_reader
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
@@ -38,7 +39,6 @@ from carom.observables.wall_pressure import obstacle_names
 from carom.paths import write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
-from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.velocities import kept_by_motion

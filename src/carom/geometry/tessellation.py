@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from carom.scene.overlaps import Room
+from carom.geometry.overlaps import Geometry
 
 FIRST = 3.0  # depth of the first layer of images around the box [mean spacing]
 
@@ -25,7 +25,7 @@ faces of up to two. They make no neighbors, unless another is up to eight times 
 """
 
 
-def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def voronoi_bonds(room: Geometry, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (particle, neighbor) of each bond from both ends, (m, 2), and its vector, (m, d) [length].
 
     The empty sphere around a corner touches the cell's particle: images are needed up to its diameter.
@@ -46,7 +46,7 @@ def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return np.stack([both[:, 0], who[both[:, 1]]], axis=1), bonds
 
 
-def _with_images(room: Room, places: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
+def _with_images(room: Geometry, places: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places and their images up to ``depth`` beyond the box, and whose they are (-1: mirrored)."""
     points, who = room.images(places, depth)
     for axis in np.flatnonzero(~room.periodic):

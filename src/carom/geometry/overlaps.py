@@ -16,15 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.cells import wrapped
-from carom.models.motions.shear import start_tilt
+from carom.geometry.contacts import Contacts
+from carom.geometry.nearby import near_pairs
 from carom.models.obstacles import Obstacle, Wall, checked, named_walls
 from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
-from carom.scene.fields import Fields
-from carom.scene.nearby import near_pairs
-from carom.scene.species import Contacts
 
 #: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
 ENGINE_OVERLAP = 1e-12
@@ -72,7 +70,7 @@ class Overlap(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class Geometry:
     """Where the components are: a box, which of its axes are periodic, and the obstacles in it."""
 
     box: np.ndarray  # (d,), edges [length]
@@ -112,10 +110,10 @@ class Room:
         """Return positions as coordinates along the axes of the lattice."""
         return self._tilted(positions, -1.0) if self.tilt else positions
 
-    def _straight(self, places: np.ndarray) -> tuple[Room, np.ndarray, float]:
+    def _straight(self, places: np.ndarray) -> tuple[Geometry, np.ndarray, float]:
         """Return the room with right angles, the places in it, and the norm of the map to it."""
         longer = 0.5 * (abs(self.tilt) + math.hypot(self.tilt, 2.0))
-        straight = Room(self.box, self.periodic)
+        straight = Geometry(self.box, self.periodic)
         return straight, straight.wrapped(self.along(places)), longer
 
     def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
@@ -152,7 +150,7 @@ class Room:
 
         A tilted box is that with right angles, whose images up axis 1 are shifted (Lees and Edwards).
         """
-        points = Room(self.box, self.periodic).wrapped(self.wrapped(places) if self.tilt else places)
+        points = Geometry(self.box, self.periodic).wrapped(self.wrapped(places) if self.tilt else places)
         who = np.arange(len(points))
         # Axis 0 comes last, because images up axis 1 are shifted along it.
         for axis in reversed(np.flatnonzero(self.periodic).tolist()):
@@ -166,7 +164,7 @@ class Room:
                 image[:, axis] = there[near]
                 if axis == 1 and self.tilt:
                     image[:, 0] += turn * self.tilt * edge
-                    image[:, :1] = Room(self.box[:1], self.periodic[:1]).wrapped(image[:, :1])
+                    image[:, :1] = Geometry(self.box[:1], self.periodic[:1]).wrapped(image[:, :1])
                 parts.append(image)
                 owners.append(who[near])
             points, who = np.concatenate(parts), np.concatenate(owners)
@@ -307,24 +305,18 @@ class Room:
             yield everything[k], who, everything[k].gap(positions[who], radii[who], *room, *moment)
 
 
-def room_of(
+def geometry_of(
     edges: Sequence[float], sides: Mapping[str, Wall], obstacles: Sequence[Obstacle], tilt: float = 0.0
-) -> Room:
+) -> Geometry:
     """Return the room that a box with walls by name and with obstacles is, checked."""
     repeats = named_walls.periodic_axes(sides, len(edges))
     standing = checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
-    return Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
+    return Geometry(np.asarray(edges), np.asarray(repeats), standing, tilt)
 
 
-def room_of_frame(frame: Any) -> Room:
+def geometry_of_frame(frame: Any) -> Geometry:
     """Return where the components of a frame are, without obstacles."""
-    return Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
-
-
-def room_at_start(scene: Fields) -> Room:
-    """Return where the components of a scene start, without its obstacles."""
-    tilt = start_tilt(scene.motion, scene.box)
-    return Room(np.asarray(scene.box), np.asarray(scene.periodic), tilt=tilt)
+    return Geometry(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
 
 
 def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
@@ -349,7 +341,7 @@ def tolerance(box: np.ndarray, contact: Any = 1.0, epsilon: float = EPSILON) -> 
 
 def deepest(
     positions: np.ndarray,
-    room: Room,
+    room: Geometry,
     contacts: Contacts,
     pinned: np.ndarray | None = None,
     epsilon: float = EPSILON,
@@ -372,7 +364,7 @@ def deepest(
 
 
 def _deepest_of(
-    positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray, epsilon: float
+    positions: np.ndarray, room: Geometry, contacts: Contacts, pinned: np.ndarray, epsilon: float
 ) -> Overlap | None:
     """Return the deepest overlap in which at least one is not pinned, or any one of very many."""
     free, fixed = np.flatnonzero(~pinned), np.flatnonzero(pinned)
@@ -387,7 +379,7 @@ def _deepest_of(
 
 
 def worst(
-    positions: np.ndarray, room: Room, pairs: np.ndarray, contact: np.ndarray, epsilon: float = EPSILON
+    positions: np.ndarray, room: Geometry, pairs: np.ndarray, contact: np.ndarray, epsilon: float = EPSILON
 ) -> Overlap | None:
     """Return the deepest overlap of some pairs (m, 2) with distances (m,) of contact, or None."""
     distances = room.distances(positions, pairs)
@@ -401,7 +393,7 @@ def worst(
 
 def intruder(
     positions: np.ndarray,
-    room: Room,
+    room: Geometry,
     radii: np.ndarray,
     time: float | Fraction = 0,
     epsilon: float = EPSILON,

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carom.bridges.embedding import embed, upright
+from carom.configuration import Configuration
+from carom.drawing.hidden import visible
+from carom.drawing.shapes import shapes_of
 from carom.figures.palette import colors_of
-from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
-from carom.pictures.hidden import visible
-from carom.pictures.shapes import shapes_of
 
 FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
@@ -55,7 +55,7 @@ class Camera:
     depth: float  # half the depth of the visible space, over which haze thickens [length]
 
     @classmethod
-    def on(cls, frame: Frame, size: int, azimuth: float = 30.0, elevation: float = 20.0) -> Camera:
+    def on(cls, frame: Configuration, size: int, azimuth: float = 30.0, elevation: float = 20.0) -> Camera:
         """Return the camera that sees the whole box, in a picture whose longer edge has `size` pixels."""
         box = embed(frame.box[None])[0]
         margin = 0.5 * float(frame.diameters.max())
@@ -84,7 +84,7 @@ class Camera:
 
 
 def rendered(
-    frame: Frame,
+    frame: Configuration,
     camera: Camera,
     *,
     obstacles: Sequence[Obstacle] = (),
@@ -93,7 +93,7 @@ def rendered(
 ) -> np.ndarray:
     """Return a picture of a frame, (height, width, 3) uint8; one and two dimensions are seen from above.
 
-    Obstacles are drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`). ``colors`` (n,
+    Obstacles are drawn if they have an outline or a surface (:mod:`carom.drawing.shapes`). ``colors`` (n,
     3) are red, green and blue from 0 to 1; by default those of the species.
     """
     fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
@@ -237,7 +237,7 @@ def _lit(x: np.ndarray, y: np.ndarray, tints: np.ndarray) -> np.ndarray:
     return tints * bright[:, None] + (0.3 * shine)[:, None]
 
 
-def edges_of(frame: Frame) -> list[tuple[np.ndarray, int]]:
+def edges_of(frame: Configuration) -> list[tuple[np.ndarray, int]]:
     """Return the edges of the box (2, 3) and their widths [pixels]; walls are wide."""
     box = embed(frame.box[None])[0]
     corners = [tuple((k >> axis) & 1 for axis in range(3)) for k in range(4 if frame.dimension < 3 else 8)]

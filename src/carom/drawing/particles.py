@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import cell_of, upright
+from carom.drawing.render import Camera, edges_of, rendered
+from carom.drawing.shapes import along, border, shapes_of
 from carom.figures.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle
-from carom.pictures.render import Camera, edges_of, rendered
-from carom.pictures.shapes import along, border, shapes_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from carom.frame import Frame
+    from carom.configuration import Configuration
     from carom.observables.packing import PackingNetwork
 
 EDGE = "#1f3b57"
@@ -43,7 +43,7 @@ MOST_OUTLINES = 20_000
 """Largest number of disks with outlines; with more, an outline is as wide as its disk."""
 
 
-def draw_rods(axes: Axes, frame: Frame) -> None:
+def draw_rods(axes: Axes, frame: Configuration) -> None:
     """1D: rods on a line; one that crosses the border is drawn at both ends."""
     from matplotlib.collections import PolyCollection
 
@@ -69,7 +69,7 @@ def draw_rods(axes: Axes, frame: Frame) -> None:
     axes.set_xlabel("x")
 
 
-def draw_disks(axes: Axes, frame: Frame) -> None:
+def draw_disks(axes: Axes, frame: Configuration) -> None:
     """2D: disks in the box; periodic copies of those that cross its border are pale."""
     centers, owners, copies = _with_copies(frame)
     radii = 0.5 * frame.diameters[owners]
@@ -110,7 +110,7 @@ def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
     axes.set_axis_off()
 
 
-def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> None:
+def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Configuration) -> None:
     """2D: planes, fixed bodies with their images, containers, and all others that have an outline."""
     from matplotlib.patches import Circle, Polygon
 
@@ -157,13 +157,13 @@ def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, center: np.nd
     axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=width, zorder=3))
 
 
-def _faces(frame: Frame) -> np.ndarray:
+def _faces(frame: Configuration) -> np.ndarray:
     """Return the color of each particle, by its species."""
     kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     return np.array(FACES)[kinds % len(FACES)]
 
 
-def draw_projection(axes: Axes, frame: Frame) -> None:
+def draw_projection(axes: Axes, frame: Configuration) -> None:
     """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
     order = np.argsort(frame.positions[:, 2])
     circles = (upright(frame)[order, :2], 0.5 * frame.diameters[order])
@@ -171,7 +171,7 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
     _box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
 
-def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
+def draw_spheres(axes: Axes, frame: Configuration, obstacles: Sequence[Obstacle] = ()) -> None:
     """3D: shaded spheres and obstacles in parallel projection, with the edges of the box."""
     figure: Any = axes.get_figure(root=True)
     *color, opacity = figure.get_facecolor()  # dark in some styles
@@ -209,7 +209,7 @@ def _circles(
     )  # fmt: skip
 
 
-def _with_copies(frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _with_copies(frame: Configuration) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return centers of disks and of copies that reach into the box, owners, and which are copies."""
     positions, edges, cell = upright(frame), np.asarray(frame.box), cell_of(frame)[:2, :2]
     centers, owners, copies = [], [], []

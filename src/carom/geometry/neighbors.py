@@ -14,9 +14,9 @@ import numpy as np
 
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
+from carom.geometry.nearby import WIDE, columns_around, crowded, near_pairs, put_spans, put_squares
+from carom.geometry.overlaps import Geometry
 from carom.jit import compiled
-from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs, put_spans, put_squares
-from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
 SPARE = 1.25
@@ -33,13 +33,13 @@ Bonds = Callable[[slice], np.ndarray]
 """Makes the vectors (m, d) of a portion of bonds [length]."""
 
 
-def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
+def pairs_within(room: Geometry, places: np.ndarray, reach: float) -> np.ndarray:
     """Return the pairs (m, 2) of places (n, d), inside the box, whose nearest images are within ``reach``."""
     pairs = None if room.tilt else near_pairs(room.box, room.periodic, places, None, reach)
     return room.near(places, reach) if pairs is None else pairs
 
 
-def within(room: Room, places: np.ndarray, reach: float) -> tuple[np.ndarray, Bonds]:
+def within(room: Geometry, places: np.ndarray, reach: float) -> tuple[np.ndarray, Bonds]:
     """Return particle and neighbor of each bond within ``reach`` [length] from both ends, and its vectors.
 
     In a small box, several bonds may be to images of one particle, or of the particle itself.
@@ -56,7 +56,7 @@ def within(room: Room, places: np.ndarray, reach: float) -> tuple[np.ndarray, Bo
     return _of_points(points, who, i[i != j], j[i != j])
 
 
-def nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, Bonds]:
+def nearest(room: Geometry, places: np.ndarray, count: int) -> tuple[np.ndarray, Bonds]:
     """Return particle and neighbor of each bond to the ``count`` nearest, (n count, 2), and its vectors.
 
     Bonds of a particle follow each other; equally long ones come in no order. In a small box, several may be
@@ -85,7 +85,7 @@ def nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, Bon
     return _of_points(points, who, np.repeat(np.arange(n), count), _without_self(found).ravel())
 
 
-def _of_nearest_images(room: Room, places: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, Bonds]:
+def _of_nearest_images(room: Geometry, places: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, Bonds]:
     return pairs, lambda part: room.separations(places, pairs[part])
 
 
@@ -93,13 +93,13 @@ def _of_points(points: np.ndarray, who: np.ndarray, i: np.ndarray, j: np.ndarray
     return np.stack([i, who[j]], axis=1), lambda part: points[j[part]] - points[i[part]]
 
 
-def _first_reach(room: Room, n: int, count: int) -> float:
+def _first_reach(room: Geometry, n: int, count: int) -> float:
     """Return a reach [length] in which about ``count`` neighbors of each are expected."""
     volume = SPARE * (count + 1) / n * float(np.prod(room.box))
     return float(0.5 * (volume / ball_volume(len(room.box))) ** (1.0 / len(room.box)))
 
 
-def _nearest_images(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+def _nearest_images(room: Geometry, places: np.ndarray, count: int) -> np.ndarray:
     """Return the nearest of each in a box with right angles, (n, count), by its nearest image alone."""
     n, d = places.shape
     reach = _first_reach(room, n, count)
