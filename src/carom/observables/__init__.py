@@ -3,16 +3,16 @@
 Nothing here runs a simulation or reads the engine's arrays.
 """
 
+from carom.observables.analysis.combined import combined
+from carom.observables.analysis.moments import HelfandCurrents, HelfandMoments
+from carom.observables.analysis.precision import Prediction
 from carom.observables.bond_order import BondOrder, BondOrderResult
-from carom.observables.combined import combined
 from carom.observables.crystallinity import Crystallinity, CrystallinityResult
 from carom.observables.density_profile import DensityProfile, DensityProfileResult
 from carom.observables.dynamics import Dynamics, DynamicsResult
 from carom.observables.energy import Energy, EnergyResult
 from carom.observables.flights import Distribution, FreeFlights, FreeFlightsResult
-from carom.observables.moments import HelfandCurrents, HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
-from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureResult
 from carom.observables.pressure_profile import PressureProfile, PressureProfileResult
 from carom.observables.pressure_tensor import PressureTensor, PressureTensorResult

@@ -17,7 +17,7 @@ from carom.figures.palette import INK, PALE, THEORIES
 from carom.figures.style import state
 from carom.meant import corrected
 from carom.models.motions.shear import Shear
-from carom.observables.course import Course
+from carom.observables.analysis.drifting_kT import Course
 from carom.observables.of_blocks import OneNumber
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
 from carom.scene.fields import is_elastic, is_simple

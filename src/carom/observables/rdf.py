@@ -23,8 +23,8 @@ from carom.figures.style import TOP, shade, state
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.analysis.contact_extrapolation import contact_value
+from carom.observables.analysis.pair_counts import counts_of
 from carom.observables.of_frames import OfFrames, count_pairs, species_pair
-from carom.observables.pair_counts import counts_of
 from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown
 from carom.results import Binned, Result, from_dict
 from carom.scene.fields import is_equal
@@ -304,7 +304,7 @@ class RDF(_Histograms):
     the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame;
     by default the bins end at half of the shortest edge of the smallest box.
 
-    Compiled code counts the pairs over sorted cells (``carom.observables.pair_counts``), in double precision,
+    Compiled code counts the pairs over sorted cells (``analysis.pair_counts``), in double precision,
     in as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs
     in contact, and those that overlap by no more than the rounding of positions stored in single precision
     (1.2e-7 box edges), belong to the first bin.

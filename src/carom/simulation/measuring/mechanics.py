@@ -287,8 +287,8 @@ def impulses(run_state: RunState) -> tuple[float, ...]:
 
 def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the weighted momentum of each wall and obstacle now, and the sums of those without one."""
-    from carom.observables.momentum_balance import weighted_momenta
-    from carom.observables.surface_changes import surface_sums
+    from carom.observables.analysis.momentum_balance import weighted_momenta
+    from carom.observables.analysis.surface_changes import surface_sums
 
     if run_state.engine.model.obstacles is None:
         return (), ()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom import theory
-from carom.observables.drift import drift, drifts
+from carom.observables.analysis.drift import drift, drifts
 from carom.observables.statistics import (
     FEW_SAMPLES,
     Estimate,

@@ -22,16 +22,16 @@ from carom.io.trajectory import open_reader
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
 from carom.observables import Estimate, Pressure, PressureResult, WallPressure
-from carom.observables.drift import LEVEL, moved
+from carom.observables.analysis.drift import LEVEL, moved
+from carom.observables.analysis.equilibrium import doubts_about, slow_structure
+from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.quantiles import student_above
 from carom.observables.energy import (
     Energy,
     EnergyResult,
     without_potential,
 )
-from carom.observables.equilibrium import doubts_about, slow_structure
-from carom.observables.layers import Layers
 from carom.observables.pressure import without_pressure
-from carom.observables.quantiles import student_above
 from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
 from carom.observables.statistics import ratio, unwarned
 from carom.observables.volume import VolumeResult

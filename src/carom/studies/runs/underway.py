@@ -15,8 +15,8 @@ from carom.errors import InputError, warn
 from carom.geometry.overlaps import Overlap
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
-from carom.observables.layers import Layers
-from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
+from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate, unwarned
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile

@@ -34,7 +34,7 @@ def balanced_by_field(obstacle: object) -> bool:
 def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     """Return M [mass length / time] for each wall and obstacle, in the order of ``Simulation.obstacles``.
 
-    It is zero for slanting planes and own obstacles (``carom.observables.surface_changes``). Between walls at
+    It is zero for slanting planes and own obstacles (``analysis.surface_changes``). Between walls at
     0 and L the weight of the lower is ``(L - sigma_i / 2 - x) / (L - sigma_i)``; in a container of radius R
     about c the field is ``(r - c) / (R - sigma_i / 2)``, across the axis for a cylinder.
     """

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.observables.drift import LEVEL, PARTS, STUCK, drift, relaxation
-from carom.observables.quantiles import normal_above, student_above
+from carom.observables.analysis.drift import LEVEL, PARTS, STUCK, drift, relaxation
+from carom.observables.analysis.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, too_few, unwarned
 from carom.scene.fields import is_simple
 from carom.theory import FREEZING, MELTING, NEAR_FREEZING

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.arithmetic import dot, least_squares
-from carom.observables.momentum_balance import balanced_by_field
+from carom.observables.analysis.momentum_balance import balanced_by_field
 from carom.observables.statistics import Estimate, ratio
 from carom.scene.fields import standing
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.arithmetic import dot
 from carom.frame import Frame
-from carom.observables.quantiles import normal_above, student_tail
+from carom.observables.analysis.quantiles import normal_above, student_tail
 from carom.observables.statistics import blocking, unwarned
 
 PARTS = 16
