@@ -111,7 +111,7 @@ class Frame(Configuration):
         InputError
             If freud is not installed, or the frame has neither two nor three dimensions.
         """
-        from carom.bridges.memory import to_freud
+        from carom.bridges.converters import to_freud
 
         return to_freud(self)
 
@@ -123,7 +123,7 @@ class Frame(Configuration):
         InputError
             If OVITO is not installed, or the frame has more than three dimensions.
         """
-        from carom.bridges.memory import to_ovito
+        from carom.bridges.converters import to_ovito
 
         return to_ovito(self)
 
@@ -135,7 +135,7 @@ class Frame(Configuration):
         InputError
             If pandas is not installed.
         """
-        from carom.bridges.memory import to_pandas
+        from carom.bridges.converters import to_pandas
 
         return to_pandas(self)
 
@@ -147,6 +147,6 @@ class Frame(Configuration):
         InputError
             If xarray is not installed.
         """
-        from carom.bridges.memory import to_xarray
+        from carom.bridges.converters import to_xarray
 
         return to_xarray([self]).isel(time=0)

@@ -165,7 +165,7 @@ class Reader(Closing, ABC):
         InputError
             If xarray is not installed.
         """
-        from carom.bridges.memory import to_xarray
+        from carom.bridges.converters import to_xarray
 
         return to_xarray(list(self))
 

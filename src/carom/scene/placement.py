@@ -12,7 +12,7 @@ from carom.densities import CLOSEST_PACKING, sphere_volume
 from carom.errors import InputError
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import MANY, Geometry
-from carom.scene.sweeps import sweep
+from carom.scene.separation import sweep
 
 #: Packing fraction of random close packing in d dimensions, to two digits: O'Hern et al. (2003) for d = 2 and
 #: 3, Skoge, Donev, Stillinger and Torquato (2006) for d = 4 to 6.

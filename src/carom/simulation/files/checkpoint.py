@@ -90,8 +90,8 @@ def size(run_state: RunState) -> int:
 
 def size_of_file(run_state: RunState) -> float:
     """Return how many bytes a checkpoint of the run takes at most; of a large scene lists must be filled."""
+    from carom.io.array_compression import expected
     from carom.io.checkpoint import LARGE
-    from carom.io.packed import expected
 
     if (plain := size(run_state)) <= LARGE:
         return MORE_ROOM * plain
