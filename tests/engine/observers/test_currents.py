@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.models import Kind, Ranges
 from carom.observables import HelfandCurrents
 from carom.simulation.explanation import explain
-from carom.simulation.files.soundness import following
+from carom.simulation.files.checkpoint_validation import following
 from carom.simulation.measuring import stretches
 
 EPS = np.finfo(float).eps

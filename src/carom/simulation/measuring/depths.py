@@ -22,9 +22,9 @@ from carom.models.questions.interaction import core_square, radius, record_impul
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.steps import step_core_square
 from carom.scene.fields import standing
+from carom.simulation.model_validation.obstacles import known_to_move
+from carom.simulation.model_validation.probes import by_kind, kinds_of
 from carom.simulation.system_of_scene import prepare
-from carom.simulation.trials.obstacles import known_to_move
-from carom.simulation.trials.probes import by_kind, kinds_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System

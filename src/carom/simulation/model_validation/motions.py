@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.questions.motion import carry, exit_time, meeting_time, position
 from carom.models.questions.particles import NEVER
-from carom.simulation.trials.setting import TOLERANCE, Record, Setting, record_of, time_of
+from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, record_of, time_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from carom.models.questions.contact import exchanged_part, transfer
-from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_of
+from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, number_of
 
 
 def try_impact(

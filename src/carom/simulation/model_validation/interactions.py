@@ -15,8 +15,8 @@ from carom.models import model_checks
 from carom.models.questions.interaction import core_square, jump, mass, radius
 from carom.models.questions.steps import step_bits, step_jump, step_time
 from carom.scene.fields import geometry_at_start
-from carom.simulation.trials import probes
-from carom.simulation.trials.setting import TOLERANCE, number_of
+from carom.simulation.model_validation import probes
+from carom.simulation.model_validation.setting import TOLERANCE, number_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System

@@ -20,14 +20,14 @@ from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import standing
-from carom.simulation.trials.contacts import try_impact
-from carom.simulation.trials.drives import try_drive
-from carom.simulation.trials.interactions import refuse_interaction, short, shortest, unlike_pairs
-from carom.simulation.trials.motions import refuse_motion_that_is_none, try_flight, try_images
-from carom.simulation.trials.obstacles import ObstacleTrial, try_walls
-from carom.simulation.trials.pairs import PairTrial
-from carom.simulation.trials.probes import kinds_of
-from carom.simulation.trials.setting import Record, Setting, in_plain_python, number_of
+from carom.simulation.model_validation.contacts import try_impact
+from carom.simulation.model_validation.drives import try_drive
+from carom.simulation.model_validation.interactions import refuse_interaction, short, shortest, unlike_pairs
+from carom.simulation.model_validation.motions import refuse_motion_that_is_none, try_flight, try_images
+from carom.simulation.model_validation.obstacles import ObstacleTrial, try_walls
+from carom.simulation.model_validation.pairs import PairTrial
+from carom.simulation.model_validation.probes import kinds_of
+from carom.simulation.model_validation.setting import Record, Setting, in_plain_python, number_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System

@@ -28,7 +28,7 @@ from carom.models.questions.obstacle import (
 )
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting
-from carom.simulation.trials.setting import (
+from carom.simulation.model_validation.setting import (
     GRAZING,
     TOLERANCE,
     Record,

@@ -14,8 +14,8 @@ from carom.models.questions.interaction import core_square, growth, interaction_
 from carom.models.questions.motion import meeting_time, push_direction
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
-from carom.simulation.trials import probes
-from carom.simulation.trials.setting import (
+from carom.simulation.model_validation import probes
+from carom.simulation.model_validation.setting import (
     GRAZING,
     TOLERANCE,
     Record,

@@ -10,7 +10,7 @@ import numpy as np
 from carom.models.questions.interaction import interaction_time
 from carom.models.questions.particles import Particles
 from carom.models.questions.steps import step_time
-from carom.simulation.trials.setting import time_of
+from carom.simulation.model_validation.setting import time_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System

@@ -11,7 +11,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models.drives import kick, next_time
 from carom.models.questions.particles import NEVER
-from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_of
+from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, number_of
 
 AT_ONCE = 8  # events of one component that may come at one time, at most
 

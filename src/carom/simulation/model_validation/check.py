@@ -25,17 +25,15 @@ from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
 from carom.simulation.measuring.depths import deepest, in_frames, present
-from carom.simulation.simulation import Simulation
-from carom.simulation.system_of_scene import driven_speed_of
-from carom.simulation.trials import probes
-from carom.simulation.trials.contacts import try_impact
-from carom.simulation.trials.drives import try_drive
-from carom.simulation.trials.interactions import refuse_short, refuse_without_steps
-from carom.simulation.trials.motions import has_axis, try_flight
-from carom.simulation.trials.observers import try_events
-from carom.simulation.trials.obstacles import ObstacleTrial
-from carom.simulation.trials.pairs import PairTrial
-from carom.simulation.trials.setting import (
+from carom.simulation.model_validation import probes
+from carom.simulation.model_validation.contacts import try_impact
+from carom.simulation.model_validation.drives import try_drive
+from carom.simulation.model_validation.interactions import refuse_short, refuse_without_steps
+from carom.simulation.model_validation.motions import has_axis, try_flight
+from carom.simulation.model_validation.observers import try_events
+from carom.simulation.model_validation.obstacles import ObstacleTrial
+from carom.simulation.model_validation.pairs import PairTrial
+from carom.simulation.model_validation.setting import (
     SENTENCES,
     TOLERANCE,
     Failure,
@@ -43,6 +41,8 @@ from carom.simulation.trials.setting import (
     Setting,
     in_plain_python,
 )
+from carom.simulation.simulation import Simulation
+from carom.simulation.system_of_scene import driven_speed_of
 from carom.units import TimeUnit
 
 COMPONENTS = 8
