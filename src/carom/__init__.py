@@ -47,12 +47,12 @@ if TYPE_CHECKING:
     from carom.pictures.live import Live as Live
     from carom.pictures.movie import movie as movie
     from carom.pictures.view import view as view
-    from carom.scene.scene import Scene as Scene
     from carom.scene.species import Species as Species
     from carom.simulation.callbacks import hit as hit
     from carom.simulation.files.csv_log import CSVLog as CSVLog
     from carom.simulation.model_validation.check import check as check
     from carom.simulation.moves.barostat import Barostat as Barostat
+    from carom.simulation.moves.growth import Scene as Scene
     from carom.simulation.moves.swaps import Swaps as Swaps
     from carom.simulation.simulation import Simulation as Simulation, Statistics as Statistics
     from carom.simulation.tuning import Tuning as Tuning

@@ -224,7 +224,22 @@ class Result:
 
 
 def drawn(result: Any, path: str | os.PathLike[str] | None = None, **given: Any) -> Figure:
-    """Return the picture of a ``result``, by ``_draw_into`` with what is ``given``, and save it."""
+    """Return the picture of a result.
+
+    Parameters
+    ----------
+    result : Result
+        What is drawn, by its ``_draw_into``.
+    path : path, optional
+        Where to save the picture.
+    **given
+        What else is drawn, such as the contact value that a pressure implies.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to draw.
+    """
     figure, axes = style.sheet(7.0, 4.2)
     result._draw_into(axes, **given)
     return style.finished(figure, axes, result._heading(), path)

@@ -141,7 +141,7 @@ def test_a_contact_with_a_wall_has_no_partner_on_the_page():
 
 
 def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
-    monkeypatch.setattr(viewdata, "MOST_PLACES", 7 * 4)
+    monkeypatch.setattr("carom.drawing.page.MOST_PLACES", 7 * 4)
     data = of_frames(frames_of(2, count=10), ())
     assert data["times"] == pytest.approx([0.0, 0.3, 0.6, 0.9])
 

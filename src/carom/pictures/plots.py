@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from carom.observables.statistics import Estimate
     from carom.scene.scene import Scene
 
+__all__ = [
+    "compression", "gaps", "packing", "partial_rdf", "picture", "pressure", "rdf", "snapshot",
+]  # fmt: skip
+
 
 def pressure(
     estimate: PressureResult,

@@ -46,7 +46,7 @@ class Fields:
     impact: Impact
     drive: Drive | None
 
-    grown: ClassVar[Callable[..., tuple[np.ndarray | None, float]]]
+    _grown: ClassVar[Callable[..., tuple[np.ndarray | None, float]]]
     """Positions after growth to larger diameters, by ``simulation.moves.growth``, which lies above."""
 
     @property

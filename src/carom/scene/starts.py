@@ -135,7 +135,7 @@ def random(
         def grow() -> tuple[np.ndarray | None, float]:
             loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
             start: Any = cls(loose, edges, diameter=smaller, **final)
-            found: tuple[np.ndarray | None, float] = start.grown(what.diameters, rng)
+            found: tuple[np.ndarray | None, float] = start._grown(what.diameters, rng)
             return found
 
         positions = _first_that_does_not_jam(grow, fraction, len(smaller))

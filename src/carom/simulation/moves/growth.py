@@ -14,6 +14,8 @@ from carom import seeds
 from carom.scene import placement
 from carom.scene.scene import Scene
 
+__all__ = ["Scene", "grown"]
+
 FAST, SLOW = 1.0, 0.05
 """Growth of the mean diameter a time over the thermal speed, below the densities of random placement, and
 beyond, where faster growth would jam.
@@ -60,4 +62,4 @@ def grown(
     return sim.frame().positions, fraction
 
 
-Scene.grown = grown
+Scene._grown = grown
