@@ -211,7 +211,7 @@ def test_two_fingers_zoom_and_the_theme_is_that_of_the_system(page):
 
 
 def test_a_page_says_what_it_leaves_out_and_how_it_draws(tmp_path, monkeypatch):
-    monkeypatch.setattr("carom.pictures.viewdata.MOST_PLACES", 8)
+    monkeypatch.setattr("carom.drawing.page.MOST_PLACES", 8)
     frames = [disks(time=float(k), diameters=np.full(4, 0.5 + 0.1 * k)) for k in range(6)]
     browser().open(carom.view(frames).save(tmp_path / "page.html"), "size=0.5")
     said = text("state")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import cell_of, upright
-from carom.drawing.render import Camera, edges_of, rendered
-from carom.drawing.shapes import along, border, shapes_of
+from carom.drawing.render import Camera, rendered
+from carom.drawing.shapes import along, border
 from carom.figures.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from carom.configuration import Configuration
-    from carom.observables.packing import PackingNetwork
 
 EDGE = "#1f3b57"
 PALE_FACE = "#dbe6f1"
@@ -71,43 +70,11 @@ def draw_rods(axes: Axes, frame: Configuration) -> None:
 
 def draw_disks(axes: Axes, frame: Configuration) -> None:
     """2D: disks in the box; periodic copies of those that cross its border are pale."""
-    centers, owners, copies = _with_copies(frame)
+    centers, owners, copies = with_copies(frame)
     radii = 0.5 * frame.diameters[owners]
-    _circles(axes, centers[copies], radii[copies], PALE_FACE, PALE_EDGE)
-    _circles(axes, centers[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
-    _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
-
-
-def draw_network(axes: Axes, network: PackingNetwork) -> None:
-    """2D: a packing, its backbone's contacts as bonds, its rattlers dotted."""
-    frame = network.frame
-    centers, owners, copies = _with_copies(frame)
-    radii, solid = 0.5 * frame.diameters[owners], network.backbone[owners]
-    for here, face, edge in ((copies, "none", PALE_EDGE), (~copies, PALE_FACE, EDGE)):
-        _circles(axes, centers[here & solid], radii[here & solid], face, edge)
-        _circles(axes, centers[here & ~solid], radii[here & ~solid], "none", edge, linestyle=":")
-    _bonds(axes, network, np.eye(2))
-    _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
-
-
-def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
-    """3D, in parallel projection: bonds of a packing's backbone, rattlers as dotted circles, obstacles."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    frame = network.frame
-    plane = Camera.on(frame, SIZE).axes[:2].T
-    center = 0.5 * np.asarray(frame.box)
-    shapes = shapes_of(network.obstacles, np.asarray(frame.box), frame.periodic)
-    _circles(axes, (shapes.spheres[:, :3] - center) @ plane, shapes.spheres[:, 3], SOLID, BORDER, alpha=0.6)
-    axes.add_collection(PolyCollection((shapes.triangles - center) @ plane, facecolor=SOLID, alpha=0.3))
-    lines = np.concatenate([[ends for ends, _ in edges_of(frame)], shapes.segments])
-    axes.add_collection(LineCollection((lines - center) @ plane, color=BORDER, linewidth=0.9))
-    _bonds(axes, network, plane, center)
-    loose = network.rattlers
-    flat = (frame.positions[loose] - center) @ plane
-    _circles(axes, flat, 0.5 * frame.diameters[loose], "none", EDGE, linestyle=":")
-    axes.set_aspect("equal")
-    axes.set_axis_off()
+    circles(axes, centers[copies], radii[copies], PALE_FACE, PALE_EDGE)
+    circles(axes, centers[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
+    box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
 
 
 def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Configuration) -> None:
@@ -139,24 +106,6 @@ def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Configurati
             line(shape.offset, color=BORDER, linewidth=2.0)
 
 
-def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, center: np.ndarray | float = 0.0) -> None:
-    """Draw the bonds of the backbone, from both ends, as they may cross the border."""
-    from matplotlib.collections import LineCollection
-
-    frame, held = network.frame, network.held
-    starts, steps = network.bonds[held], network.vectors[held]
-    first = (frame.positions[starts[:, 0]] - center) @ plane
-    pairs = starts[:, 1] < frame.n
-    second = (frame.positions[starts[pairs, 1]] - center) @ plane
-    lines = [np.stack([first, first + steps @ plane], axis=1)]
-    lines.append(np.stack([second, second - steps[pairs] @ plane], axis=1))
-    # Thinner than a tenth of a disk, of which there is room for so many in the figure.
-    many = 2.0 + float(np.ptp(frame.positions @ plane, axis=0).max()) / float(frame.diameters.min())
-    figure: Any = axes.get_figure(root=True)
-    width = min(0.9, THIN * 72.0 * float(min(figure.get_size_inches())) / many)
-    axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=width, zorder=3))
-
-
 def _faces(frame: Configuration) -> np.ndarray:
     """Return the color of each particle, by its species."""
     kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
@@ -167,8 +116,8 @@ def draw_projection(axes: Axes, frame: Configuration) -> None:
     """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
     order = np.argsort(frame.positions[:, 2])
     circles = (upright(frame)[order, :2], 0.5 * frame.diameters[order])
-    _circles(axes, *circles, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
-    _box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
+    circles(axes, *circles, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
+    box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
 
 def draw_spheres(axes: Axes, frame: Configuration, obstacles: Sequence[Obstacle] = ()) -> None:
@@ -186,7 +135,7 @@ def draw_spheres(axes: Axes, frame: Configuration, obstacles: Sequence[Obstacle]
     axes.set_axis_off()
 
 
-def _circles(
+def circles(
     axes: Axes,
     centers: np.ndarray,
     radii: np.ndarray,
@@ -209,7 +158,7 @@ def _circles(
     )  # fmt: skip
 
 
-def _with_copies(frame: Configuration) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def with_copies(frame: Configuration) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return centers of disks and of copies that reach into the box, owners, and which are copies."""
     positions, edges, cell = upright(frame), np.asarray(frame.box), cell_of(frame)[:2, :2]
     centers, owners, copies = [], [], []
@@ -226,7 +175,7 @@ def _with_copies(frame: Configuration) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return np.concatenate(centers), np.concatenate(owners), np.concatenate(copies)
 
 
-def _box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tuple[bool, ...]) -> None:
+def box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tuple[bool, ...]) -> None:
     """Draw the box with thick walls, and set the axes around it."""
     from matplotlib.patches import Rectangle
 

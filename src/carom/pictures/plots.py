@@ -137,7 +137,8 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     InputError
         If the packing has another dimension.
     """
-    from carom.drawing.particles import draw_network, draw_network_in_space, draw_obstacles
+    from carom.drawing.particles import draw_obstacles
+    from carom.pictures.networks import draw_network, draw_network_in_space
 
     dimension = network.frame.dimension
     if dimension not in (2, 3):
