@@ -2,7 +2,7 @@
 
     python examples/two_armies.py [--smoke] [--out two_armies.png]
 
-Range rules, after Wieland's models of combat (Lubachevsky's article, sec. 10). The same run shows what
+Range rules, after Wieland's models of combat (Lubachevsky's article, sec. 11). The same run shows what
 looking at every time step would have missed.
 """
 

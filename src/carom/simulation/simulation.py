@@ -69,7 +69,7 @@ class Simulation:
         Source of those velocities, independent of places drawn with the same seed. The same scene, seed and
         version give the same bits.
     growth : float or (n,) array_like, optional
-        Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
+        Rate at which the diameters grow [length / time], as in the paper's sec. 9. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     swaps : Swaps, optional
         Pairs of particles exchange their diameters between events (``docs/driven``), on one core.

@@ -39,7 +39,7 @@ class Statistics:
     advancements : int
         Events that lost their partner to a third party.
     advancement_fraction : float
-        Advancements over all processed events. A collision counts as two events (the paper's sec. 6).
+        Advancements over all processed events. A collision counts as two events (the paper's sec. 10).
     third_party_first : int
         Pairs that scheduled each other again right after colliding: the paper's m* = i*.
     clamped_roots : int

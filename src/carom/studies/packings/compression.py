@@ -1,4 +1,4 @@
-"""Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 8).
+"""Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 9).
 
 Every contact of growing spheres adds energy. So after each stretch of a fixed number of collisions velocities
 are scaled back to kT = 1, momentum is set to zero, and the pressure decides how to go on.
@@ -108,7 +108,7 @@ def points(
     packing_fraction: float | None = None,
     seed: int | np.random.Generator = 1,
 ) -> Scene:
-    """Return random points that will grow into spheres: the start of the paper's sec. 8.
+    """Return random points that will grow into spheres: the start of the paper's sec. 9.
 
     Diameters of ``species`` are about the final ones [length]; points have ``POINT`` of them by default.
     """
