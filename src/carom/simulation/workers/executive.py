@@ -133,7 +133,7 @@ class Executive:
     # One window -------------------------------------------------------------------------------------------
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
-        """Run one window, if the run can and it is faster; False if the plain cycle is to go on.
+        """Try a window: True if one ran, kept or undone; False if the plain cycle is to go on.
 
         It ends at ``stop``, an epoch and offset, and stays short of collision number ``target``.
         """
