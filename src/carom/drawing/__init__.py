@@ -1,1 +1,4 @@
-"""Drawings of frames and obstacles, and the page that shows them in a browser: of no scene and no file."""
+"""Drawings of frames and obstacles, and the page that shows them in a browser.
+
+Nothing here knows a scene, or reads a file.
+"""
