@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,32 +48,54 @@ def near_pairs(
     for cells in (mine, others):
         if crowded(cells):
             return None
-    around = columns_around(grid, offsets)
-    period = np.where(grid.periodic, grid.box, np.inf)
+    near = near_cells(grid, offsets, windows)
     # The pairs of a gas, and some more. If there are still more, the kernel returns how many.
     fraction = min(float(np.prod(np.minimum(2.0 * within / grid.box, 1.0))), 1.0)
     share = 0.6 if theirs is None else 1.2
     room = int(share * len(ours) * len(others.order) * fraction) + len(ours)
     while True:
         found = np.empty((room, 2), dtype=np.int64)
-        count = _lister()(
-            mine.places,
-            others.places,
-            mine.starts,
-            others.starts,
-            mine.order,
-            others.order,
-            theirs is None,
-            int(grid.shape[-1]),
-            around,
-            windows,
-            period,
-            within * within,
-            found,
-        )
+        count = _lister()(members_of(mine), members_of(others), near, theirs is None, within * within, found)
         if count <= room:
             return found[:count]
         room = count
+
+
+class Members(NamedTuple):
+    """Components in the order of their cells, as compiled code reads them."""
+
+    places: np.ndarray  # (d, n) [length]
+    starts: np.ndarray  # (cells + 1,)
+    order: np.ndarray  # (n,)
+
+
+class Near(NamedTuple):
+    """Which cells are near a cell, by its column and its level in it."""
+
+    height: int  # cells of a column
+    around: np.ndarray  # (columns, m), the columns around each, -1 beyond a wall
+    windows: np.ndarray  # (m,), how many cells up and down
+    period: np.ndarray  # (d,), edges, infinite along an axis with walls [length]
+
+
+def members_of(cells: SortedCells) -> Members:
+    """Return the components of sorted cells."""
+    return Members(cells.places, cells.starts, cells.order)
+
+
+def near_cells(grid: Grid, offsets: np.ndarray, windows: np.ndarray) -> Near:
+    """Return the cells of a grid that are near each other, by its ``surroundings``."""
+    period = np.where(grid.periodic, grid.box, np.inf)
+    return Near(int(grid.shape[-1]), columns_around(grid, offsets), windows, period)
+
+
+def types_of_cells() -> tuple[Any, Any]:
+    """Return Numba's types of :class:`Members` and :class:`Near`."""
+    from numba import types
+
+    places, integers, table = types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
+    members = types.NamedTuple((places, integers, integers), Members)
+    return members, types.NamedTuple((types.int64, table, integers, types.float64[::1]), Near)
 
 
 def crowded(cells: SortedCells) -> bool:
@@ -111,11 +133,12 @@ def stretch(turn, level, window, least, height):
     return least, min(above - height, below)
 
 
-def put_spans(begins, ends, starts, column, level, around, windows, alike, height, period):
+def put_spans(begins, ends, starts, column, level, near, alike):
     """Put where the components near a cell begin and end in memory; return how many stretches there are.
 
     If both sets are the same (``alike``), cells of lower number are left out, and the cell itself is last.
     """
+    height, around, windows, period = near
     parts = 0
     turns = 1 if math.isinf(period[-1]) else 3
     for step in range(windows.size):
@@ -156,23 +179,19 @@ def _lister() -> Any:
     """Return the compiled :func:`_list`."""
     from numba import types
 
-    places, integers = types.float64[:, ::1], types.int64[::1]
-    table = types.int64[:, ::1]
-    return compiled(
-        _list,
-        types.int64(
-            *(places, places, integers, integers, integers, integers, types.boolean, types.int64),
-            *(table, integers, types.float64[::1], types.float64, table),
-        ),
-    )
+    members, near = types_of_cells()
+    found = types.int64[:, ::1]
+    return compiled(_list, types.int64(members, members, near, types.boolean, types.float64, found))
 
 
-def _list(ours, theirs, starts, others, us, them, alike, height, around, windows, period, limit, found):
+def _list(mine, yours, near, alike, limit, found):
     """Write the pairs whose squared distance is at most `limit` to `found`; return how many there are.
 
     Those without room are only counted. If both sets are the same (`alike`), a pair of cells is visited from
     the lower number.
     """
+    (ours, starts, us), (theirs, others, them) = mine, yours
+    height, around, windows, period = near
     begins = np.empty(3 * windows.size + 1, np.int64)
     ends = np.empty(3 * windows.size + 1, np.int64)
     squares = np.empty(them.size)
@@ -182,7 +201,7 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
                 continue
-            parts = put_spans(begins, ends, others, column, level, around, windows, alike, height, period)
+            parts = put_spans(begins, ends, others, column, level, near, alike)
             for i in range(start, end):
                 if alike:
                     begins[parts - 1] = i + 1

@@ -5,7 +5,6 @@ Particles with too few in reach get a larger one; a k-d tree replaces cells too 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -14,7 +13,16 @@ import numpy as np
 
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
-from carom.geometry.nearby import WIDE, columns_around, crowded, near_pairs, put_spans, put_squares
+from carom.geometry.nearby import (
+    WIDE,
+    crowded,
+    members_of,
+    near_cells,
+    near_pairs,
+    put_spans,
+    put_squares,
+    types_of_cells,
+)  # fmt: skip
 from carom.geometry.overlaps import Geometry
 from carom.jit import compiled
 from carom.theory import ball_volume
@@ -115,17 +123,7 @@ def _nearest_images(room: Geometry, places: np.ndarray, count: int) -> np.ndarra
             tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
             who[lacking] = _without_self(tree.query(places[lacking], k=count + 1)[1], lacking)
             break
-        _compiled()(
-            cells.places,
-            cells.starts,
-            cells.order,
-            int(grid.shape[-1]),
-            columns_around(grid, offsets),
-            windows,
-            np.where(grid.periodic, grid.box, math.inf),
-            reach * reach,
-            who,
-        )
+        _compiled()(members_of(cells), near_cells(grid, offsets, windows), reach * reach, who)
         reach *= FURTHER ** (1.0 / d)
     return who
 
@@ -143,18 +141,13 @@ def _compiled() -> Any:
     """Return the compiled :func:`_keep`."""
     from numba import types
 
-    integers, table = types.int64[::1], types.int64[:, ::1]
-    return compiled(
-        _keep,
-        types.void(
-            *(types.float64[:, ::1], integers, integers, types.int64),
-            *(table, integers, types.float64[::1], types.float64, table),
-        ),
-    )
+    members, near = types_of_cells()
+    return compiled(_keep, types.void(members, near, types.float64, types.int64[:, ::1]))
 
 
-def _keep(places, starts, order, height, around, windows, period, limit, who):
+def _keep(members, nearby, limit, who):
     """Write the nearest ones where a row of ``who`` ends with -1; ``limit`` is the square of the reach."""
+    (places, starts, order), (height, around, windows, period) = members, nearby
     dimension, count = period.size, who.shape[1]
     # First the components around a cell; then, for one component, squared distances and those in reach.
     them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)
@@ -170,7 +163,7 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
             if not lacking:
                 continue
             total = np.uint64(0)
-            parts = put_spans(begins, ends, starts, column, level, around, windows, False, height, period)
+            parts = put_spans(begins, ends, starts, column, level, nearby, False)
             for part in range(parts):
                 begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
                 for axis in range(dimension):

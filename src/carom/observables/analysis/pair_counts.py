@@ -11,14 +11,14 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.geometry.nearby import columns_around, put_spans, put_squares
+from carom.geometry.nearby import members_of, near_cells, put_spans, put_squares, types_of_cells
 from carom.geometry.overlaps import geometry_of_frame
 from carom.jit import compiled
 
@@ -27,6 +27,15 @@ WORTH_THREADS = 2_000_000
 
 PORTIONS = 8
 """Portions of work per thread, to balance the load: columns at a border of the box have more pairs."""
+
+
+class Bins(NamedTuple):
+    """Bins of distances, as compiled code reads them."""
+
+    edges: np.ndarray  # (m + 1,) [length]
+    low: float  # from where on pairs belong to the first bin [length]
+    scale: float  # bins a length
+    doubt: float  # part of a bin, at its edges, in which rounding may decide
 
 
 def counts_of(
@@ -117,30 +126,13 @@ def distance_counts(
     # wait for each other.
     length = 2 * bins + 64
     offsets, windows = grid.surroundings(float(limits[-1]))
-    period = np.where(grid.periodic, grid.box, np.inf)
-    around = columns_around(grid, offsets)
+    near = near_cells(grid, offsets, windows)
+    bounds = Bins(limits, low, scale, doubt)
     count = _compiled()
 
     def portion(first: int, last: int) -> np.ndarray:
         counts = np.zeros(length, dtype=np.int64)
-        count(
-            ours.places,
-            others.places,
-            ours.starts,
-            others.starts,
-            theirs is None,
-            int(grid.shape[-1]),
-            around,
-            windows,
-            period,
-            limits,
-            low,
-            scale,
-            doubt,
-            first,
-            last,
-            counts,
-        )
+        count(members_of(ours), members_of(others), near, theirs is None, bounds, (first, last), counts)
         return counts
 
     columns = grid.columns
@@ -172,49 +164,34 @@ def _compiled() -> Any:
     """Return the compiled :func:`_count`, if possible from the cache of an earlier process."""
     from numba import types
 
-    places, numbers, integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
-    arguments = (
-        *(places, places, integers, integers, types.boolean, types.int64, types.int64[:, ::1], integers),
-        *(numbers, numbers, types.float64, types.float64, types.float64, types.int64, types.int64, integers),
-    )
-    return compiled(_count, types.void(*arguments))
+    members, near = types_of_cells()
+    bins = types.NamedTuple((types.float64[::1], *3 * (types.float64,)), Bins)
+    portion = types.UniTuple(types.int64, 2)
+    kinds = (members, members, near, types.boolean, bins, portion, types.int64[::1])
+    return compiled(_count, types.void(*kinds))
 
 
-def _count(
-    ours,
-    theirs,
-    starts,
-    others,
-    alike,
-    height,
-    around,
-    windows,
-    period,
-    edges,
-    low,
-    scale,
-    doubt,
-    first,
-    last,
-    counts,
-):
-    """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
+def _count(mine, yours, near, alike, bounds, columns, counts):
+    """Add the pairs of the ``columns`` from the first to the last to ``counts``; place 0 is below all bins.
 
-    ``period`` is infinite along an axis with walls. If both hold the same particles, a pair of cells is
+    If both hold the same particles, a pair of cells is
     visited from the lower number. Indices are unsigned: a sign test would prevent vectorization.
     """
+    (ours, starts, _), (theirs, others, _) = mine, yours
+    height, _, windows, period = near
+    edges, low, scale, doubt = bounds
     # Stretches of memory near a cell: at most three for each column around, and the cell itself.
     begins = np.empty(3 * windows.size + 1, np.int64)
     ends = np.empty(3 * windows.size + 1, np.int64)
     squares = np.empty(theirs.shape[1])
     slots = np.empty(theirs.shape[1], np.uint32)
     origin, bins, top = edges[0], edges.size - 1, float(counts.size - 2)
-    for column in range(first, last):
+    for column in range(columns[0], columns[1]):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
                 continue
-            parts = put_spans(begins, ends, others, column, level, around, windows, alike, height, period)
+            parts = put_spans(begins, ends, others, column, level, near, alike)
             for i in range(start, end):
                 if alike:
                     begins[parts - 1] = i + 1

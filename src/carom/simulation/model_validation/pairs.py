@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,18 @@ LOOKS = 33  # times at which the way of two components is looked at
 
 SPAN = 20.0
 """How far ahead meetings along curves are looked for, in the time of a displacement of the usual size."""
+
+
+class Meeting(NamedTuple):
+    """Two that meet."""
+
+    i: int
+    j: int
+    step: int | None
+    x: np.ndarray
+    v: np.ndarray
+    now: float
+    r: np.ndarray  # from the one to the other [length]
 
 
 class PairTrial:
@@ -193,26 +205,17 @@ class PairTrial:
         self._note("IV", abs(part + left - t) <= TOLERANCE * (t + scale), **facts, part=part, left=left)
         x, v = setting.moved(x, v, t)
         r, u, now = (x[1] - x[0] if chord is None else chord), v[1] - v[0], now + t
-        rr, rv, rate = float(r @ r), float(r @ u), self._rate(i, j)
-        if abs(rv - math.sqrt(rr) * rate) < GRAZING * math.sqrt(rr * float(u @ u)):
+        rr, rv = float(r @ r), float(r @ u)
+        if abs(rv - math.sqrt(rr) * self._rate(i, j)) < GRAZING * math.sqrt(rr * float(u @ u)):
             return None
-        return self._thrown(i, j, step, x, v, now, r, rr, rv, rate, facts)
+        return self._thrown(Meeting(i, j, step, x, v, now, r), facts)
 
     def _thrown(
-        self,
-        i: int,
-        j: int,
-        step: int | None,
-        x: np.ndarray,
-        v: np.ndarray,
-        now: float,
-        r: np.ndarray,
-        rr: float,
-        rv: float,
-        rate: float,
-        facts: dict[str, Any],
+        self, met: Meeting, facts: dict[str, Any]
     ) -> tuple[np.ndarray, np.ndarray, float, int | None] | None:
         """Try what an event does, and return the state after it."""
+        i, j, step, x, v, now, r = met
+        rr, rv, rate = float(r @ r), float(r @ (v[1] - v[0])), self._rate(i, j)
         a, b, virial, *outcome = self._jump(i, j, step, rr, rv, now)
         mine, yours, its, *alike = self._jump(j, i, step, rr, rv, now)
         agree = same(a, yours) and same(b, mine) and same(virial, its) and outcome == alike
