@@ -19,11 +19,11 @@ from carom.engine.neighbors import grid
 from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
+from carom.geometry.overlaps import Geometry
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN, Sheared, start_tilt
 from carom.observables.packing import packing_network
-from carom.scene.overlaps import Room
 from carom.simulation.measuring.readings import momentum_flux
 
 
@@ -378,7 +378,7 @@ def test_uniform_shear_of_inelastic_spheres_has_the_published_rate():
 def test_distances_in_a_tilted_cell_are_those_of_the_nearest_image():
     rng = np.random.default_rng(2)
     box, tilt = np.array([6.0, 5.0, 4.0]), 0.55
-    room = Room(box, np.ones(3, bool), (), tilt)
+    room = Geometry(box, np.ones(3, bool), (), tilt)
     places = room.wrapped(rng.uniform(-9.0, 9.0, (60, 3)))
     pairs = np.stack(np.triu_indices(60, 1), axis=1)
     cell = np.diag(box)

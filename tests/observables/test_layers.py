@@ -14,7 +14,7 @@ import carom
 from carom.cli import results
 from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
-from carom.observables.layers import GROUPS, MOST, Layers, weight
+from carom.observables.analysis.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.mechanics import Impacts

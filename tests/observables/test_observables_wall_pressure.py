@@ -17,7 +17,7 @@ from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
-from carom.observables.momentum_balance import weighted_momenta
+from carom.observables.analysis.momentum_balance import weighted_momenta
 from carom.observables.statistics import blocking
 from carom.scene.velocities import conserved, velocities_of
 from carom.scene_file.scene_file import SceneFile

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from carom.drawing import hidden, render
 from carom.frame import Frame
-from carom.pictures import hidden, render
 
 
 def spheres(n, dimension, packing_fraction, seed):

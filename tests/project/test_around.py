@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from carom.observables import quantiles
+from carom.observables.analysis import quantiles
 
 
 def test_quantiles_and_tails_are_those_of_scipy_bit_for_bit():
@@ -28,7 +28,7 @@ import sys
 import numpy as np
 from carom.block import Block
 from carom.observables import Pressure
-from carom.observables.equilibrium import doubts_about
+from carom.observables.analysis.equilibrium import doubts_about
 from carom.pictures import importing, plots
 if {command}:
     importing.nobody_reads_docstrings()

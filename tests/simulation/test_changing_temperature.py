@@ -11,7 +11,7 @@ from carom import theory
 from carom.block import Block, Sizes
 from carom.errors import InputError
 from carom.observables import Pressure
-from carom.observables.course import Course
+from carom.observables.analysis.drifting_kT import Course
 from carom.simulation.measuring import mechanics, stretches
 from carom.simulation.measuring.cooling import Blocks
 from carom.units import TimeUnit

@@ -28,7 +28,8 @@ from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.named_walls import axes_without
-from carom.observables import Estimate, drift
+from carom.observables import Estimate
+from carom.observables.analysis import drift
 from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines, folder as tasks

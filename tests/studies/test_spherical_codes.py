@@ -526,7 +526,7 @@ def test_the_gradient_of_the_repulsion_is_its_derivative():
 
 
 def test_the_caps_of_a_picture_touch_at_the_contacts(monkeypatch):
-    from carom.pictures import caps
+    from carom.figures import caps
 
     drawn = []
     monkeypatch.setattr(caps, "caps", lambda *arguments, **options: drawn.append(arguments))

@@ -15,14 +15,13 @@ import typer
 from carom.cli.heartbeat import say
 from carom.cli.tables import Screen
 from carom.cli.trouble import PARTLY
-from carom.scene.description import particles
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.packing import Packing
 from carom.studies.planner.outcome import Outcome
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.table import Table, decimals, facts, of_texts
-from carom.texts import superscript, typed, visible
+from carom.texts import particles, superscript, typed, visible
 
 EPSILON = sys.float_info.epsilon
 """Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""

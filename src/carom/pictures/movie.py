@@ -14,8 +14,11 @@ import numpy as np
 
 from carom import checks
 from carom.bridges.embedding import embed, names_of
-from carom.bridges.palette import FACES, SEQUENTIAL, colors_of, rgb
+from carom.drawing.caption import Caption, decimals_of
+from carom.drawing.page import FAST, SIX, psi_6
+from carom.drawing.render import Camera, rendered
 from carom.errors import InputError
+from carom.figures.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader, trajectory_of
@@ -23,10 +26,7 @@ from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
 from carom.paths import replacing, writing
-from carom.pictures.caption import Caption, decimals_of
-from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
-from carom.pictures.viewdata import FAST, SIX, psi_6
 
 if TYPE_CHECKING:
     from PIL import Image

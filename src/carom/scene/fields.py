@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from types import MethodType
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
+from typing import Any, ClassVar, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from carom.geometry.overlaps import Geometry
 from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.interactions.pinned import Pinned
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, Wall
 from carom.models.obstacles.dressing import Dressed
 from carom.models.questions.contact import Impact
@@ -43,6 +45,9 @@ class Fields:
     motion: Motion
     impact: Impact
     drive: Drive | None
+
+    _grown: ClassVar[Callable[..., tuple[np.ndarray | None, float]]]
+    """Positions after growth to larger diameters, by ``simulation.moves.growth``, which lies above."""
 
     @property
     def n(self) -> int:
@@ -79,6 +84,12 @@ class Fields:
 def standing(scene: Fields) -> tuple[Obstacle, ...]:
     """Return walls with properties, then the obstacles, within their surfaces and motions."""
     return scene._standing
+
+
+def geometry_at_start(scene: Fields) -> Geometry:
+    """Return where the components of a scene start, without its obstacles."""
+    tilt = start_tilt(scene.motion, scene.box)
+    return Geometry(np.asarray(scene.box), np.asarray(scene.periodic), tilt=tilt)
 
 
 def is_usual(scene: Fields, kind: str) -> bool:

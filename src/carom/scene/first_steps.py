@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from carom.scene.fields import Fields
-from carom.scene.overlaps import room_at_start
+from carom.scene.fields import Fields, geometry_at_start
 
 
 def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2) within reach, and the step of each (m,)."""
     interaction = scene.interaction
     within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
-    room = room_at_start(scene)
+    room = geometry_at_start(scene)
     found: Any = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
     pairs = np.sort(np.asarray(found, np.int64).reshape(-1, 2), axis=1)
     pairs = pairs[room.distances(scene.positions, pairs) < within]

@@ -15,7 +15,7 @@ from carom.errors import CaromError, InputError
 from carom.models import model_checks
 from carom.models.interactions.wells import SquareWell
 from carom.observables import Estimate, PressureResult
-from carom.observables.drift import STUCK
+from carom.observables.analysis.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
 from carom.observables.statistics import unwarned
 from carom.observables.volume import VolumeResult

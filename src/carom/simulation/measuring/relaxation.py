@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.observables.drift import STUCK
-from carom.observables.equilibrium import RENEWED, RENEWED_OTHERWISE, caged, slow_structure
+from carom.observables.analysis.drift import STUCK
+from carom.observables.analysis.equilibrium import RENEWED, RENEWED_OTHERWISE, caged, slow_structure
 from carom.scene.fields import is_usual
 from carom.theory import FREEZING, NEAR_FREEZING
 
@@ -37,7 +37,7 @@ class StructuralRelaxation:
     def distances(self) -> tuple[float, float]:
         """Return how far particles moved, and must move to leave their neighborhoods [mean spacing], or 0.
 
-        Near freezing that is as in :func:`carom.observables.equilibrium.slow_structure`; below it hard
+        Near freezing that is as in ``observables.analysis.equilibrium``; below it hard
         particles alone in a periodic box must have left their places. Nothing is asked of crystals, glasses,
         rods on a line, and below freezing of what walls, pinned particles or wells may keep.
         """

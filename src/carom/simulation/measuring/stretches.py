@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.observables.drift import STUCK, moved
+from carom.observables.analysis.drift import STUCK, moved
 from carom.observables.pressure import PressureResult
 from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.velocities import degrees_of_freedom
@@ -37,7 +37,7 @@ def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
     if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
         raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
     scene = sim.scene
-    with unwarned(FewSamples):  # carom.observables.equilibrium.doubts says it, and of what
+    with unwarned(FewSamples):  # carom.observables.analysis.equilibrium.doubts says it, and of what
         found = observable.of_scene(blocks, scene, kT=sim.kT)
     if isinstance(found, PressureResult) and found.simple and scene.dimension > 1:
         frozen = not is_stable_fluid(scene.dimension, found.packing_fraction)

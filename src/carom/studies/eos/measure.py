@@ -10,8 +10,8 @@ import numpy as np
 
 from carom.block import Block
 from carom.observables import Estimate, Pressure
-from carom.observables.drift import moved as moved_from
-from carom.observables.precision import lengthen
+from carom.observables.analysis.drift import moved as moved_from
+from carom.observables.analysis.precision import lengthen
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.relaxation import StructuralRelaxation

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from carom.block import Block, EnergySample, VolumeSums, weighted_sum
-from carom.observables.momentum_balance import weighted_momenta
-from carom.observables.precision import FLOOR
+from carom.observables.analysis.momentum_balance import weighted_momenta
+from carom.observables.analysis.precision import FLOOR
 from carom.simulation.measuring import readings, stretches
 from carom.simulation.moves.barostat import volume_sums
 from carom.simulation.simulation import Simulation
@@ -52,7 +52,7 @@ class Stretch:
     temperatures: list[Any] = field(default_factory=list)
     """Of species at the end of every segment, if their masses differ."""
     layers: list[Any] = field(default_factory=list)
-    """Sums over layers along a field (``carom.observables.layers``), at the same times."""
+    """Sums over layers along a field (``carom.observables.analysis.layers``), at the same times."""
     volumes: list[Any] = field(default_factory=list)
     """Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment."""
     overlaps: list[Any] = field(default_factory=list)

@@ -12,12 +12,12 @@ from typing import Any
 from carom import io
 from carom.compiling import entry
 from carom.errors import InputError, warn
+from carom.geometry.overlaps import Overlap
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
-from carom.observables.layers import Layers
-from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
+from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate, unwarned
-from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.files import checkpoint
