@@ -10,17 +10,14 @@ from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 
 import carom
-from carom.cli.study import finish, reserve
+from carom.cli.study import finish
 from carom.errors import FileError
 from carom.paths import remnants
 from carom.scene_file.sections import SceneSpec
-from carom.studies import executors
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
-from carom.studies.kind_of_studies import STUDIES
 from carom.studies.places import OWN, of_the_user, title
-from carom.studies.saved import load
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -56,25 +53,6 @@ def test_a_folder_holds_one_kind_of_results(tmp_path, command):
             assert content(folder) == before
 
 
-def test_a_folder_of_a_study_is_not_taken_by_another_kind_of_study(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = {name: INTO[name][1] for name in ("eos", "transport", "trade")}
-    words |= {"code": ["9"], "pack": ["--n", "20", "--seeds", "2"]}
-    for kind in STUDIES.values():
-        with Folder(tmp_path / kind.name).begun({"study": kind.Spec.study, "version": "1"}, {}):
-            pass
-        before = (tmp_path / kind.name / "study.json").read_bytes()
-        for other in words.keys() - {kind.name}:
-            done = typed(other, *words[other], "--out", kind.name)
-            (said,) = done.stderr.strip().splitlines()
-            assert (done.exit_code, done.stdout) == (2, ""), (kind.name, other, done.output)
-            assert f"{kind.name} holds the results of another study" in said
-            assert f'study was "{kind.Spec.study}"' in said
-            assert len(said) < 250
-        assert {path.name for path in (tmp_path / kind.name).iterdir()} <= {"study.json", "tasks", ".lock"}
-        assert (tmp_path / kind.name / "study.json").read_bytes() == before
-
-
 @pytest.mark.parametrize("command", INTO)
 def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, command):
     def late(*_):
@@ -89,19 +67,6 @@ def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, comma
     done = typed(command, *words, "--out", tmp_path)
     assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.output
     assert "already" in done.output
-
-
-@pytest.mark.parametrize("command", ["eos", "trade"])
-def test_a_study_stopped_before_its_first_task_has_its_file(tmp_path, monkeypatch, command):
-    def stopped(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(executors, "run", stopped)
-    out = tmp_path / "out"
-    done = typed(command, *INTO[command][1], "--out", out)
-    assert done.exit_code == 130
-    spec = {kind.name: kind.Spec for kind in STUDIES.values()}[command]
-    assert spec.load(out / "study.toml") == load(out).spec
 
 
 def test_where_nothing_was_written_yet_the_same_command_is_named(tmp_path):
@@ -150,22 +115,6 @@ def test_what_somebody_wrote_is_known_by_its_comments(tmp_path):
     ]:
         path.write_text(text)
         assert of_the_user(path) == theirs, text
-
-
-def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
-    spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
-    for name in ("eos.csv", "eos.png", "report.html"):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / name).write_text("mine")
-        with pytest.raises(FileError, match=f"{name} exists already"):
-            reserve(EquationOfState(spec), folder)
-        with Folder(folder).begun(spec.settings(), {}):
-            pass
-        reserve(EquationOfState(spec), folder)
-    (tmp_path / "checkpoint.h5").write_text("")
-    with pytest.raises(FileError, match="holds a run already"):
-        carom.equation_of_state(0.1, n=32, out=tmp_path)
 
 
 def test_a_plan_replaces_a_plan_and_nothing_else(tmp_path):

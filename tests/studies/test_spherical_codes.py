@@ -15,9 +15,8 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.studies.codes.climb import climb
-from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.compression import compress, random_points
 from carom.studies.codes.contacts import contact_graph
 from carom.studies.codes.hops import improve
@@ -445,24 +444,6 @@ def test_a_code_that_is_known_needs_no_try_and_one_in_four_dimensions_has_no_pic
     assert "optimal (Rankin 1955)" in done.stdout
     with pytest.raises(InputError, match="three dimensions"):
         carom.load(tmp_path / "six").plot()
-
-
-def test_files_of_the_user_are_left_as_they_are(tmp_path):
-    (tmp_path / "six").mkdir()
-    (tmp_path / "six" / "points.csv").write_text("mine")
-    for out, sentence in ((tmp_path / "six", "exists already"), (tmp_path / "six.json", "is a folder")):
-        assert sentence in refused("code", 6, "--out", out, cwd=tmp_path)
-
-
-def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeypatch):
-    def full(*_):
-        raise FileError("the disk is full")
-
-    monkeypatch.setattr(SphericalCode, "save", full)
-    done = typed(4, "--out", tmp_path / "four")
-    assert done.exit_code == 2
-    assert "109.47" in done.stdout
-    assert "the disk is full" in done.stderr
 
 
 def found_among_forty(n, k):

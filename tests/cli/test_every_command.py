@@ -1,4 +1,7 @@
-"""Every option of every command changes what the command does; an option without a case here fails."""
+"""What holds of every command: each option changes what it does, and a bad value of each is a sentence.
+
+The table of options is that of the commands: an option without a case fails.
+"""
 
 import contextlib
 import importlib
@@ -13,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from helpers.commands import in_this_process
+from helpers.commands import content, in_this_process
 from helpers.frames import at_rest
 from helpers.options import COMMANDS, PLAN
 from helpers.plain import uncompiled
@@ -29,6 +32,7 @@ from carom.meant import NOWHERE, SAME
 from carom.scene.keywords import ELSEWHERE
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
+from carom.spec import numbers_of
 from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
 
@@ -490,6 +494,86 @@ def test_every_option_has_a_case():
         for name, command in COMMANDS.items()
     }  # fmt: skip
     assert found == {name: {*cases} for name, cases in CASES.items()}
+
+
+def test_several_numbers_are_typed_with_commas_or_as_first_last_and_count():
+    assert numbers_of("--eta")("0.1:0.3:3") == (0.1, 0.2, 0.3)  # as typed, not 0.2 + 3e-17
+    assert numbers_of("--eta")("0.1, 0.25") == (0.1, 0.25)
+
+
+# Values that mean nothing.
+
+BAD = ("no such value", "", "-1", "nan", "1e999", "0x10", "9" * 40)
+
+TAKEN = {
+    "--out": BAD,  # names of folders
+    "--scheduler": BAD,  # addresses
+    "--from": ("-1",),  # before the first frame
+    "--to": (),
+}
+"""Values that an option does take."""
+
+BESIDE = {"measure": ("two.extxyz", "rdf"),
+          "movie": ("two.extxyz", "a.gif"), "export": ("two.extxyz", "a.gsd"),
+          "code": ("9",), "info": ("finished",), "view": ("two.extxyz", "--no-open"), "resume": ("begun",),
+          "plan": ("--eta", "0.3"), "--axis": ("two.extxyz", "profile")}  # fmt: skip
+"""What else is typed for a command, or for an option."""
+
+
+def values_of(command):
+    """Return the options of a command that take a value."""
+    return [
+        each for each in COMMANDS[command].params if each.param_type_name == "option" and not each.is_flag
+    ]
+
+
+def refusal(command, words, folder):
+    """Type what means nothing; return what is said, on one line."""
+    with contextlib.chdir(folder), in_this_process():
+        done = CliRunner().invoke(cli.app, [command, *words], env={"COLUMNS": "300"})
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit), (words, done.output, done.exception)
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    return " ".join(done.stderr.replace("│", "").split())
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("command", [name for name in COMMANDS if values_of(name)])
+def test_no_option_takes_a_value_that_means_nothing(command, material, monkeypatch):
+    """It is refused in one sentence that says which option or value it is, before anything is begun."""
+
+    def begun(*_, **__):
+        raise AssertionError("it has begun")
+
+    monkeypatch.setattr("carom.simulation.run_state.RunState.schedule", begun)
+    monkeypatch.setattr("carom.studies.executors.run", begun)
+    before = content(material)
+    for parameter in values_of(command):
+        option = parameter.opts[0]
+        beside = BESIDE.get(option, BESIDE.get(command, ()))
+        for value in BAD:
+            if value not in TAKEN.get(option, ()):
+                said = refusal(command, (*beside, f"{option}={value}"), material)
+                name = option.strip("-").replace("-", "_")
+                assert (value and value in said) or name in said.replace("-", "_"), (option, value, said)
+        assert "requires an argument" in refusal(command, (*beside, option), material)
+    assert content(material) == before
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_a_command_has_not_is_answered_with_what_is_nearest(command, material):
+    for parameter in COMMANDS[command].params:
+        if parameter.param_type_name == "argument":
+            continue
+        option = parameter.opts[0]
+        if parameter.is_flag:
+            assert "does not take a value" in refusal(command, (f"{option}=1",), material)
+        if len(option) > 6:
+            assert option in refusal(
+                command, (f"{option[:-3]}{option[-2]}{option[-3]}{option[-1]}",), material
+            )
+    if any(each.required for each in COMMANDS[command].params):
+        assert "Missing argument" in refusal(command, (), material)
 
 
 STUDIES = {"code", "eos", "transport", "shear", "trade"}
