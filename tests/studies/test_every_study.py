@@ -15,6 +15,7 @@ import pytest
 from helpers.commands import content, in_this_process
 from helpers.plain import uncompiled
 from helpers.roots import Roots, RootSpec
+from helpers.saved import plan_of_a_moment
 from typer.testing import CliRunner
 
 import carom
@@ -46,6 +47,7 @@ class Case(NamedTuple):
     other: dict[str, Any] = {"seed": 2}  # noqa: RUF012 - settings that do not mix with those of the study
     said: str = "seed was 1 and is 2 now"
     measure: Any = None  # what stands for a search of seconds
+    code: int = 0  # with which its command ends: 3 where a point is flagged
     repeats: bool = True  # whether a result depends on its task alone, and not on how fast this machine is
 
 
@@ -55,7 +57,7 @@ GROWING = {"n": 8, "dimension": 2, "rate": 1.0, "until_Z": 100.0, "seeds": 2}
 DISKS = {"dimension": 2, "n": 16, "packing_fraction": 0.3}
 CASES = {
     "eos": Case(
-        studies.EquationOfState(studies.StudySpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}
+        studies.EquationOfState(studies.StudySpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}, code=3
     ),
     "transport": Case(
         studies.Transport(studies.TransportSpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}
@@ -159,11 +161,6 @@ def results(study):
     return [(record["task"], record["result"]) for record in study.records]
 
 
-def code_of(study):
-    """Return the exit code of a command: 3 where a point is missing or flagged."""
-    return 3 if not study.complete or any(map(study.table.flagged, study.table)) else 0
-
-
 def names(out):
     return {path.name for path in out.iterdir()} - {".lock"}
 
@@ -185,10 +182,8 @@ def refused(whole, out, *words):
 
 def test_the_command_prints_and_keeps_what_the_function_returns(whole, tmp_path):
     study, out, done = whole.study, whole.out, whole.done
-    assert (done.exit_code, done.exception and type(done.exception)) == (
-        code_of(study),
-        SystemExit if done.exit_code else None,
-    )
+    assert done.exit_code == whole.case.code, done.output
+    assert any(map(study.table.flagged, study.table)) == (whole.case.code == 3)
     assert study.complete
     assert len(study.records) == len(study.tasks) >= 2
     assert json.loads(done.stdout) == study.to_dict()
@@ -453,3 +448,17 @@ def test_files_of_the_user_stay_and_what_a_killed_process_left_goes(whole, tmp_p
         done = typed(whole.name, tmp_path / "part.toml", "--out", out)
         assert (done.exit_code, done.stdout) == (2, "")
         assert "study.toml was written or annotated by somebody" in done.stderr
+
+
+def test_the_runs_of_a_plan_go_on_as_those_of_a_study(tmp_path):
+    plan_of_a_moment().save(tmp_path)
+    first = typed("resume", tmp_path, "--json")
+    assert first.exit_code == 0, first.output
+    (file,) = (tmp_path / "tasks").iterdir()
+    before = file.read_bytes()
+    assert typed("resume", tmp_path, "--json").stdout == first.stdout
+    assert file.read_bytes() == before
+    file.write_bytes(before[:-100])
+    again = typed("resume", tmp_path, "--json")
+    assert json.loads(again.stdout)["value"] == json.loads(first.stdout)["value"]
+    assert file.read_bytes() != before[:-100]

@@ -1,21 +1,16 @@
 """Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
 
-import dataclasses
 import subprocess
 
 import pytest
-import typer
 from helpers.commands import CAROM, typed
+from helpers.frames import make_frames, write
 from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 
-import carom
-from carom.cli.study import finish
 from carom.errors import FileError
 from carom.paths import remnants
 from carom.scene_file.sections import SceneSpec
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
 from carom.studies.places import OWN, of_the_user, title
 
@@ -142,6 +137,42 @@ def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
     assert [path.name for path in remnants(tmp_path, {"rdf.csv"}.__contains__)] == [".rdf.12.tmp.csv"]
 
 
+@pytest.mark.parametrize("inside", ["", "sub"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "run --n 8 --eta 0.1 -c 5 --out", "pack --n 8 --out", "plan Z=0.01 --eta 0.1 --out",
+        "measure a.h5md rdf --out",
+    ],
+)  # fmt: skip
+def test_a_folder_that_is_a_link_to_nothing_is_told_before_anything_is_computed(
+    tmp_path, line, inside, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / "link").symlink_to("gone")
+    done = typed(*line.split(), f"link/{inside}")
+    assert done.exit_code == 2
+    assert "link is a link to gone, which does not exist; create that" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("name", ["l.extxyz", "l.gif", "l.html", "l.toml"])
+def test_a_file_that_is_a_link_to_nothing_is_not_replaced(tmp_path, name, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / name).symlink_to("gone")
+    line = {
+        "l.extxyz": "export a.h5md",
+        "l.gif": "movie a.h5md",
+        "l.html": "view a.h5md --no-open -o",
+        "l.toml": "init",
+    }
+    done = typed(*line[name].split(), name)
+    assert (done.exit_code, (tmp_path / name).is_symlink()) == (2, True), done.output
+    assert "exists already" in done.stderr
+
+
 # Exit codes.
 
 WRONG = {
@@ -169,27 +200,6 @@ def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_pat
         for options in ([], ["--json"]):
             done = typed(name, *words, *options)
             assert (done.exit_code, done.stdout) == (2, ""), (name, options, done.output)
-
-
-def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(capsys):
-    study = EquationOfState(StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1))
-    with pytest.raises(typer.Exit) as ended:
-        finish(study)
-    assert ended.value.exit_code == 3
-    assert "0 of 1 runs are done" in capsys.readouterr().err
-    whole = carom.equation_of_state(
-        0.1, n=32, replicas=1, collisions_per_particle=50, equilibration=200, executor="serial"
-    )
-    good = [dataclasses.replace(row, equilibrated=True) for row in whole.table]
-    for rows in (good, [dataclasses.replace(row, equilibrated=False) for row in good]):
-        whole.__dict__["table"] = dataclasses.replace(whole.table, rows=rows)
-        if rows is good:
-            finish(whole)
-        else:
-            with pytest.raises(typer.Exit) as ended:
-                finish(whole)
-            assert ended.value.exit_code == 3
-    assert capsys.readouterr().err == ""
 
 
 # Streams.
