@@ -220,7 +220,7 @@ class Killed(Exception):
 
 
 @pytest.fixture
-def finished(plain, tmp_path):
+def finished(tmp_path):
     """Return the folder of a run that went through, and that of one that was killed and resumed."""
     plan = SceneFile.from_toml(TOML)
     carom.run(plan, tmp_path / "whole")
@@ -262,7 +262,7 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
 
 
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
-def test_a_step_that_is_tuned_ends_with_the_same_bits_if_equilibration_is_cut(plain, tmp_path):
+def test_a_step_that_is_tuned_ends_with_the_same_bits_if_equilibration_is_cut(tmp_path):
     text = TOML.replace(" step = 0.2,", "").replace("equilibration = 4", "equilibration = 60")
     plan, seen = SceneFile.from_toml(text), []
 

@@ -57,14 +57,14 @@ GROWING = {"n": 8, "dimension": 2, "rate": 1.0, "until_Z": 100.0, "seeds": 2}
 DISKS = {"dimension": 2, "n": 16, "packing_fraction": 0.3}
 CASES = {
     "eos": Case(
-        studies.EquationOfState(studies.StudySpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}, code=3
+        studies.EquationOfState(studies.StudySpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}
     ),
     "transport": Case(
-        studies.Transport(studies.TransportSpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}
+        studies.Transport(studies.TransportSpec((0.1, 0.2), **SMALL)), {"packing_fraction": (0.2,)}, code=3
     ),
     "shear": Case(
         studies.ShearFlow(studies.ShearSpec((0.1,), rate=(0.5, 1.0), restitution=0.9, **FLOW)),
-        {"rate": (1.0,)}, {"restitution": 0.8}, "restitution was 0.9 and is 0.8 now",
+        {"rate": (1.0,)}, {"restitution": 0.8}, "restitution was 0.9 and is 0.8 now", code=3,
     ),
     "code": Case(
         studies.Codes(studies.CodeSpec(7, tries=2)), {"tries": 1}, {"n": 8}, "n was 7 and is 8 now", caps
