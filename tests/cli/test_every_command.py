@@ -524,7 +524,7 @@ IN_PYTHON = {"--engine": "executor", "--from": "begin", "--to": "end"}
 """Options that are called otherwise where they are checked."""
 
 EXPECTED = re.compile(
-    "(?i)must |should be |unable to parse|leave it out|expected|known: |takes |needs |does not exist|no such"
+    "(?i)must |should be |leave it out|expected|known: |takes |needs |does not exist|no such"
 )
 """How a sentence says what would be right."""
 
@@ -580,8 +580,8 @@ def test_no_option_takes_a_value_that_means_nothing(command, material, monkeypat
         for value in BAD:
             if value not in TAKEN.get(option, ()):
                 said = refusal(command, (*beside, f"{option}={value}"), material)
-                name = IN_PYTHON.get(option, option.strip("-").replace("-", "_"))
-                assert (value and value in said) or name in said.replace("-", "_"), (option, value, said)
+                names = (value or option, option, IN_PYTHON.get(option, option.strip("-").replace("-", "_")))
+                assert any(name in said for name in names), said
                 assert EXPECTED.search(said), said
         assert "requires an argument" in refusal(command, (*beside, option), material)
     assert content(material) == before
