@@ -220,7 +220,7 @@ class Killed(Exception):
 
 
 @pytest.fixture
-def finished(plain, tmp_path):
+def finished(tmp_path):
     """Return the folder of a run that went through, and that of one that was killed and resumed."""
     plan = SceneFile.from_toml(TOML)
     carom.run(plan, tmp_path / "whole")
@@ -262,7 +262,7 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
 
 
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
-def test_volumes_that_are_drawn_are_told_and_refuse_nothing(plain, tmp_path):
+def test_volumes_that_are_drawn_are_told_and_refuse_nothing(tmp_path):
     plan = SceneFile.from_toml(TOML.replace(" step = 0.2,", ""))
     found = carom.run(plan, tmp_path / "drawn").summary["barostat"]
     assert found["step"] is None

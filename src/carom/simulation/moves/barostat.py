@@ -22,11 +22,11 @@ from carom.arithmetic import exponential, root
 from carom.block import VolumeSums
 from carom.declared import SEED, Declared, described, needed, number, option, positive
 from carom.errors import InputError, OverlapError
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import closest
 from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
-from carom.scene.fields import standing
-from carom.scene.overlaps import closest, room_at_start
-from carom.scene.species import Contacts
+from carom.scene.fields import geometry_at_start, standing
 from carom.scene.velocities import temperature
 from carom.simulation.moves.swaps import beside_free_hard_cores
 
@@ -180,7 +180,7 @@ def _drawn(
     """
     d, shape = scene.dimension, scene.n + 1
     contacts = Contacts(scene.diameters, scene.species, scene.contact)
-    contact = 1.0 / closest(places, room_at_start(scene), contacts)
+    contact = 1.0 / closest(places, geometry_at_start(scene), contacts)
     contact = max(contact, scene.diameter / min(scene.box))
     free = root(shape * kT / (barostat.pressure * scene.volume), d)
     top = max(contact, free)
