@@ -391,7 +391,7 @@ def worst(
     return Overlap(i, j, float(distances[k]), float(contact[k]))
 
 
-def closest(positions: np.ndarray, room: Room, contacts: Contacts) -> float:
+def closest(positions: np.ndarray, room: Geometry, contacts: Contacts) -> float:
     """Return the least distance of two spheres over that at which they touch."""
     skin, pairs = 0.01, np.empty((0, 2), np.int64)
     if len(positions) <= FEW:
