@@ -323,7 +323,7 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
 
 
 @FEW
-def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
+def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(plain, tmp_path):
     plan = SceneFile.from_toml("""
 [scene]
 dimension = 2

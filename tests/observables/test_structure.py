@@ -73,9 +73,9 @@ def test_running_coordination_counts_the_shells_of_a_crystal():
 def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
     sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.4), seed=1)
     sim.run(collisions_per_particle=50)
-    found = [sim.measure(RDF(rmax=1.75, width=0.05), time=8.0, blocks=32).coordination() for _ in range(24)]
+    found = [sim.measure(RDF(rmax=1.75, width=0.05), time=8.0, blocks=32).coordination() for _ in range(50)]
     numbers, errors = (np.array([each[k] for each in found]) for k in (0, 1))
-    # A standard deviation of 24 runs in a row is known to some 15 %. Bins counted as independent gave 2.5
+    # A standard deviation of 50 runs in a row is known to some 12 %. Bins counted as independent gave 2.5
     # times as much.
     ratio = np.sqrt(np.mean(errors**2, axis=0)) / numbers.std(axis=0, ddof=1)
     assert ratio == pytest.approx(np.ones_like(ratio), abs=0.5)
