@@ -19,7 +19,6 @@ from carom.errors import InputError
 from carom.figures.palette import INK, PALE, WARM
 from carom.figures.style import TITLE, saved, sheet, state
 from carom.observables.rdf import PartialRDFResult
-from carom.results import drawn
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
 from carom.texts import counted
@@ -66,7 +65,7 @@ def pressure(
     -----
     The band is the final error times sqrt(total time / time so far): that of a stationary run of that length.
     """
-    return drawn(estimate, path, equations=equations)
+    return estimate._picture(path, equations=equations)
 
 
 def rdf(
@@ -86,7 +85,7 @@ def rdf(
     path : path, optional
         Where to save the picture.
     """
-    return drawn(distribution, path, contact_value=contact_value)
+    return distribution._picture(path, contact_value=contact_value)
 
 
 def partial_rdf(
