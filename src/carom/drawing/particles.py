@@ -115,8 +115,8 @@ def _faces(frame: Configuration) -> np.ndarray:
 def draw_projection(axes: Axes, frame: Configuration) -> None:
     """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
     order = np.argsort(frame.positions[:, 2])
-    circles = (upright(frame)[order, :2], 0.5 * frame.diameters[order])
-    circles(axes, *circles, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
+    centers, radii = upright(frame)[order, :2], 0.5 * frame.diameters[order]
+    circles(axes, centers, radii, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
     box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
 

@@ -291,7 +291,7 @@ def _face(image: np.ndarray, depth: np.ndarray, top: int, corners: np.ndarray, o
     part[inside] += np.float32(opacity) * (np.array(STONE, dtype=np.float32) - part[inside])
 
 
-FINE = 6.0
+PER_RADIUS = 6.0
 """Grid points per radius. In a picture of 10^5 spheres, parts between the points are smaller than a pixel."""
 
 MOST_POINTS = 2e7
@@ -306,7 +306,9 @@ def visible(centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
     n = len(radii)
     if n <= FEW:
         return np.ones(n, dtype=bool)
-    side = max(float(np.median(radii)) / FINE, math.sqrt(math.pi * float(np.sum(radii**2)) / MOST_POINTS))
+    side = max(
+        float(np.median(radii)) / PER_RADIUS, math.sqrt(math.pi * float(np.sum(radii**2)) / MOST_POINTS)
+    )
     x = (centers - (centers - radii[:, None]).min(axis=0)) / side
     near = np.rint(x).astype(np.int64)
     # Offset of the center from the nearest point, and radius, in units of the grid.
