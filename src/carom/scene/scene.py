@@ -309,7 +309,7 @@ class Scene(Fields):
         FileError
             If the picture cannot be saved.
         """
-        from carom.drawing.snapshot import snapshot
+        from carom.drawing.particles import snapshot
 
         return snapshot(conversion.to_frame(self), obstacles=self._standing, path=path)
 
