@@ -212,7 +212,13 @@ class Result:
         FileError
             If the picture cannot be saved.
         """
-        return drawn(self, path)
+        return self._picture(path)
+
+    def _picture(self, path: str | os.PathLike[str] | None, **given: Any) -> Figure:
+        """Return the picture, with what else is ``given``: the contact value by a pressure, equations."""
+        figure, axes = style.sheet(7.0, 4.2)
+        self._draw_into(axes, **given)
+        return style.finished(figure, axes, self._heading(), path)
 
     def _draw_into(self, axes: Axes) -> None:
         """Draw the result into a pair of axes."""
@@ -221,28 +227,6 @@ class Result:
     def _heading(self) -> str:
         """Return the title of the picture."""
         return label(self._rows()[0])
-
-
-def drawn(result: Any, path: str | os.PathLike[str] | None = None, **given: Any) -> Figure:
-    """Return the picture of a result.
-
-    Parameters
-    ----------
-    result : Result
-        What is drawn, by its ``_draw_into``.
-    path : path, optional
-        Where to save the picture.
-    **given
-        What else is drawn, such as the contact value that a pressure implies.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to draw.
-    """
-    figure, axes = style.sheet(7.0, 4.2)
-    result._draw_into(axes, **given)
-    return style.finished(figure, axes, result._heading(), path)
 
 
 class Binned(Result):

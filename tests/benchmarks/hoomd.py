@@ -17,8 +17,7 @@ import numpy as np
 
 import carom
 from carom import theory
-from carom.observables import Estimate
-from carom.observables.analysis import combined
+from carom.observables import Estimate, combined
 from carom.observables.statistics import blocking
 from carom.simulation.measuring import stretches
 

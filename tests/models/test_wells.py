@@ -22,7 +22,7 @@ from carom.io.events import read_events
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
 from carom.models.files.tables import from_table
 from carom.observables.steps import StepSums, heat_capacity
-from carom.scene.first_steps import first_steps
+from carom.scene.fields import first_steps
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.explanation import explain
 

@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.observables import Pressure
 from carom.observables.analysis.drifting_kT import Course
 from carom.simulation.measuring import mechanics, stretches
-from carom.simulation.measuring.cooling import Blocks
+from carom.simulation.measuring.stretches import Blocks
 from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0

@@ -16,8 +16,7 @@ from carom import studies, theory
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
-from carom.observables import Estimate
-from carom.observables.analysis import combined
+from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
 from carom.studies.coefficients.points import coefficients_of

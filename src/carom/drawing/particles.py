@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom import theory
 from carom.bridges.embedding import cell_of, upright
+from carom.configuration import Configuration
 from carom.drawing.render import Camera, rendered
 from carom.drawing.shapes import along, border
 from carom.figures.palette import FACES
+from carom.figures.style import DPI, PIXELS, TITLE, TOP, saved, sheet, state
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from carom.configuration import Configuration
+    from matplotlib.figure import Figure
 
 EDGE = "#1f3b57"
 PALE_FACE = "#dbe6f1"
@@ -115,8 +118,8 @@ def _faces(frame: Configuration) -> np.ndarray:
 def draw_projection(axes: Axes, frame: Configuration) -> None:
     """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
     order = np.argsort(frame.positions[:, 2])
-    disks = (upright(frame)[order, :2], 0.5 * frame.diameters[order])
-    circles(axes, *disks, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
+    centers, radii = upright(frame)[order, :2], 0.5 * frame.diameters[order]
+    circles(axes, centers, radii, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
     box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
 
@@ -191,3 +194,41 @@ def box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tu
     axes.spines[:].set_visible(False)
     axes.set_xlabel("x")
     axes.set_ylabel("y")
+
+
+def snapshot(
+    frame: Configuration,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """The particles of a frame, to scale, in their box; species in different colors, walls thick.
+
+    Parameters
+    ----------
+    frame : Frame
+        In 1D it is drawn as rods on a line, in 2D as disks, with periodic copies at the border, and in 3D as
+        shaded spheres in parallel projection. From 4D on only the first two coordinates are drawn, which the
+        title says.
+    obstacles : sequence of obstacles, optional
+        Obstacles of the scene, drawn in 2D and 3D. Those of your own class need ``outline`` or ``surface``.
+    path : path, optional
+        Where to save the picture.
+    """
+    space = frame.dimension == 3
+    figure, axes = sheet(6.0, 1.6 if frame.dimension == 1 else 6.4, PIXELS if space else DPI)
+    if space:
+        # Without axes there is nothing to lay out, and a layout engine would draw everything twice.
+        figure.set_layout_engine("none")
+        axes.set_position((0.0, 0.0, 1.0, 0.93))
+        draw_spheres(axes, frame, obstacles)
+    else:
+        {1: draw_rods, 2: draw_disks}.get(frame.dimension, draw_projection)(axes, frame)
+    if frame.dimension == 2:
+        draw_obstacles(axes, obstacles, frame)
+    volume = sum(theory.ball_volume(frame.dimension, float(s)) for s in frame.diameters)
+    title = state(frame.n, frame.dimension, volume / math.prod(frame.box))
+    if frame.dimension > 3:
+        title += "\nfirst two coordinates"
+    axes.set_title(title, fontsize=TITLE, y=TOP)
+    return saved(figure, path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 from pathlib import Path
@@ -15,6 +16,8 @@ from carom.texts import particles
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from carom.figures.figure import Picture
 
 DPI = 160
 PIXELS = 100  # per inch, for pictures in 3D, which are drawn pixel by pixel
@@ -41,15 +44,11 @@ def shade(number: int) -> str:
 
 def figure_of(width: float, height: float) -> Figure:
     """Return a figure of a size in inches, without axes."""
-    from carom.figures.importing import picture
-
     return picture()(width, height, DPI)
 
 
 def sheet(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
     """Return a figure of a size in inches with one pair of axes."""
-    from carom.figures.importing import picture
-
     figure = picture()(width, height, dpi)
     axes = figure.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
@@ -119,3 +118,36 @@ def _write_png(figure: Figure, path: Path) -> None:
     paper = Image.frombuffer("RGBA", (width, height), pixels, "raw", "RGBA", 0, 1)
     resolution = (figure.dpi, figure.dpi)
     paper.convert("RGB").save(path, format="png", compress_level=PNG_LEVEL, dpi=resolution)
+
+
+_unread = False
+
+
+def nobody_reads_docstrings() -> None:
+    """State that nobody reads docstrings of matplotlib here, whose composing takes a third of its import."""
+    global _unread
+    _unread = True
+
+
+def picture() -> type[Picture]:
+    """Return the class of figures, and import matplotlib if needed."""
+    # An import leaves no garbage, but its many new objects would trigger full garbage collections.
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        if _unread:
+            _leave_docstrings()
+        from carom.figures.figure import Picture
+    finally:
+        if collects:
+            gc.enable()
+    return Picture
+
+
+def _leave_docstrings() -> None:
+    """Skip the composed docstrings of those classes of matplotlib that are not yet imported."""
+    from matplotlib.artist import Artist
+
+    # This name is private: without it, matplotlib composes its docstrings as usual.
+    if hasattr(Artist, "_update_set_signature_and_docstring"):
+        Artist._update_set_signature_and_docstring = classmethod(lambda cls: None)

@@ -3,12 +3,11 @@
 Nothing here runs a simulation or reads the engine's arrays.
 """
 
-from carom.observables.analysis.combined import combined as combined
 from carom.observables.analysis.moments import (
     HelfandCurrents as HelfandCurrents,
     HelfandMoments as HelfandMoments,
 )
-from carom.observables.analysis.precision import Prediction as Prediction
+from carom.observables.analysis.precision import Prediction as Prediction, combined as combined
 from carom.observables.bond_order import BondOrder as BondOrder, BondOrderResult as BondOrderResult
 from carom.observables.crystallinity import (
     Crystallinity as Crystallinity,

@@ -22,8 +22,7 @@ from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.scene import box as _box, checking, conversion, description, species as _species, starts
-from carom.scene.fields import Fields, Maker, is_usual
-from carom.scene.first_steps import first_steps
+from carom.scene.fields import Fields, Maker, first_steps, is_usual
 from carom.scene.keywords import refuse_unknown
 
 if TYPE_CHECKING:
@@ -310,7 +309,7 @@ class Scene(Fields):
         FileError
             If the picture cannot be saved.
         """
-        from carom.drawing.snapshot import snapshot
+        from carom.drawing.particles import snapshot
 
         return snapshot(conversion.to_frame(self), obstacles=self._standing, path=path)
 

@@ -17,7 +17,7 @@ from carom.models.own.classes import kind_of
 from carom.models.own.kinds import OBSERVER
 from carom.models.questions.observer import QUESTIONS
 from carom.models.questions.particles import Particles
-from carom.simulation.model_validation.observers import try_events
+from carom.simulation.model_validation.events import try_events
 from carom.simulation.model_validation.setting import in_plain_python
 
 if TYPE_CHECKING:

@@ -243,7 +243,7 @@ class RunState:
         from carom.engine.build import stripped
         from carom.engine.observers.currents import Currents, fill
         from carom.engine.pair_steps import write_steps
-        from carom.scene.first_steps import first_steps
+        from carom.scene.fields import first_steps
 
         if self.steps is None:
             self.steps = first_steps(self.scene)

@@ -347,7 +347,7 @@ class Simulation:
         FileError
             If the picture cannot be saved.
         """
-        from carom.drawing.snapshot import snapshot
+        from carom.drawing.particles import snapshot
 
         return snapshot(self.frame(), obstacles=standing(self.scene), path=path)
 

@@ -18,9 +18,9 @@ from carom.observables.protocol import SEEN, Underway, sees
 from carom.observables.volume import Volume
 from carom.simulation import own_observers
 from carom.simulation.measuring import flying, stretches
-from carom.simulation.measuring.cooling import Blocks, cools
+from carom.simulation.measuring.equilibration import StructuralRelaxation
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.measuring.stretches import Blocks, cools
 from carom.simulation.measuring.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:

@@ -26,11 +26,9 @@ from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
 from carom.simulation.measuring.depths import deepest, in_frames, present
 from carom.simulation.model_validation import probes
-from carom.simulation.model_validation.contacts import try_impact
-from carom.simulation.model_validation.drives import try_drive
+from carom.simulation.model_validation.events import try_drive, try_events, try_impact
 from carom.simulation.model_validation.interactions import refuse_short, refuse_without_steps
 from carom.simulation.model_validation.motions import has_axis, try_flight
-from carom.simulation.model_validation.observers import try_events
 from carom.simulation.model_validation.obstacles import ObstacleTrial
 from carom.simulation.model_validation.pairs import PairTrial
 from carom.simulation.model_validation.setting import (

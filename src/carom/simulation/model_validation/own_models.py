@@ -20,8 +20,7 @@ from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import standing
-from carom.simulation.model_validation.contacts import try_impact
-from carom.simulation.model_validation.drives import try_drive
+from carom.simulation.model_validation.events import try_drive, try_impact
 from carom.simulation.model_validation.interactions import refuse_interaction, short, shortest, unlike_pairs
 from carom.simulation.model_validation.motions import refuse_motion_that_is_none, try_flight, try_images
 from carom.simulation.model_validation.obstacles import ObstacleTrial, try_walls

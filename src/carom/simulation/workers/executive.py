@@ -29,8 +29,7 @@ from carom.engine.domains.logical_process import (
 from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
 from carom.engine.neighbors.prefetch import HUGE
 from carom.simulation.autotune import Pace
-from carom.simulation.workers.signals import signals_held
-from carom.simulation.workers.thread_pool import ThreadPool, cores
+from carom.simulation.workers.thread_pool import ThreadPool, cores, signals_held
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from carom.observables import Estimate, Pressure
 from carom.observables.analysis.drift import moved as moved_from
 from carom.observables.analysis.precision import lengthen
 from carom.simulation.measuring import stretches
+from carom.simulation.measuring.equilibration import StructuralRelaxation
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.relaxation import StructuralRelaxation
 from carom.studies.eos.order import ORDERS
 from carom.studies.folder import Task
 from carom.studies.phase import finite

@@ -44,10 +44,9 @@ from carom.scene.species import pair_name
 from carom.scene.velocities import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import stretches
-from carom.simulation.measuring.equilibration import drifts
+from carom.simulation.measuring.equilibration import drifts, mean_square_displacement
 from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.mechanics import Statistics
-from carom.simulation.measuring.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
 from carom.studies import phase as phases
 from carom.studies.phase import MeanBox, Phase, finite, phase_of
