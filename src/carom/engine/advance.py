@@ -22,7 +22,7 @@ def advance(model, state, neighbors, i, now):
         crossings = np.floor(x * model.boundary.inverse[axis])
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
-            count_images(state.images, i, axis, np.int64(crossings))
+            count_images(state.images, i, axis, crossings)
             on_wrap(neighbors, i, axis, crossings)
         old_event.x[axis] = x
         old_event.v[axis] = velocity_at(model.motion, axis, v0, t)
@@ -48,7 +48,7 @@ def place_at(model, state, i, now, x, v):
 @entry
 def project(motion, boundary, state, time, positions, velocities, images):
     """Write everybody's state at ``time`` (in the epoch) to the arrays given; nothing else changes."""
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         old_event = state.rows[i]
         x0, v0, t = carry(motion, old_event.x, old_event.v, time - old_event.t, positions[i], velocities[i])
         for axis in range(len(boundary.edges)):
@@ -63,4 +63,4 @@ def project(motion, boundary, state, time, positions, velocities, images):
                 x = 0.0
             positions[i, axis] = x
             velocities[i, axis] = velocity_at(motion, axis, v0, t)
-            count_images(images, i, axis, np.int64(crossings))
+            count_images(images, i, axis, crossings)

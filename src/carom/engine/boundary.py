@@ -57,7 +57,7 @@ class NearestImage(NamedTuple):
     inverse: tuple  # their inverses
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
-        return ref
+        return int(ref)
 
     def index_bits(self):
         return 0
@@ -89,7 +89,7 @@ class SectorImage(NamedTuple):
     bits: int  # bits of a word that hold the neighboring sector
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
-        return np.int64(ref) >> self.bits
+        return int(ref) >> self.bits
 
     def index_bits(self):
         return self.bits
@@ -102,9 +102,8 @@ class SectorImage(NamedTuple):
         return (i << self.bits) | (len(self.digits) - 1 - code)
 
     def separation(self, i, ref, axis, dx):
-        ref = np.int64(ref)
-        j = np.uint64(ref >> self.bits)
-        code = np.uint64(ref & ((1 << self.bits) - 1))
+        j = ref >> self.bits
+        code = ref & ((1 << self.bits) - 1)
         sectors = self.cell[i, axis] + self.digits[code, axis] - self.cell[j, axis]
         turns = self.wraps[i, axis] - self.wraps[j, axis]
         return dx + self.edges[axis] * (np.rint(sectors / self.shape[axis]) + turns)
@@ -116,4 +115,4 @@ class SectorImage(NamedTuple):
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
     if images is not None:
-        images[i, axis] += crossings
+        images[i, axis] += int(crossings)

@@ -35,7 +35,7 @@ from carom.models.questions.particles import NEVER
 def collide(model, state, neighbors, tally, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
-    j = np.uint64(index(model.boundary, ref))
+    j = index(model.boundary, ref)
     advance(model, state, neighbors, i, now)
     advance(model, state, neighbors, j, now)
     me = rows[i]
@@ -58,8 +58,8 @@ def collide(model, state, neighbors, tally, i, ref, now):
         model.boundary, model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
     # Surfaces that grow approach faster than the centers do.
-    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
-    part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
+    rate = growth(model.pair, i) + growth(model.pair, j)
+    part = exchanged_part(model.impact, i, j, rr, rv - np.sqrt(rr) * rate, now)
     a *= part
     b *= part
     virial *= part / longer
@@ -74,11 +74,11 @@ def collide(model, state, neighbors, tally, i, ref, now):
     after_pair(model.observers, model, state, event)
     tally.collisions += 1
     tally.virial += virial
-    tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
-    count_pair(model.observers, np.int64(i), np.int64(j), virial)
-    record_impulse(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
+    tally.depth = max(tally.depth, core_square(model.pair, i, j, now) / rr)
+    count_pair(model.observers, i, j, virial)
+    record_impulse(model.pair, i, j, virial / np.sqrt(rr))
     word = logged(model.boundary, ref, kind)
-    record(model.observers, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
+    record(model.observers, state.clock[0], i, word, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
@@ -90,7 +90,7 @@ def new_epoch(model, state, neighbors):
     """Begin the next epoch, times less by its length; tell whether all must be scheduled again."""
     clock = state.clock[0]
     length = clock.length
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         into_next_epoch(model, state, neighbors, i, length)
     shift_epoch(model.pair, length)
     shift_epoch(model.impact, length)
@@ -102,7 +102,7 @@ def new_epoch(model, state, neighbors):
         return True
     if must_renew(neighbors, model.motion, length):
         return True
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         retime(model.timing, model, state, i)
     return False
 
@@ -110,12 +110,12 @@ def new_epoch(model, state, neighbors):
 @entry
 def advance_epoch(model, state, neighbors, start_index, end):
     """Carry the components from ``start_index`` to ``end`` into the next epoch."""
-    for i in range(np.uint64(start_index), np.uint64(end)):
+    for i in range(start_index, end):
         into_next_epoch(model, state, neighbors, i, state.clock[0].length)
 
 
 @entry
 def retime_all(model, state, start_index, end):
     """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
-    for i in range(np.uint64(start_index), np.uint64(end)):
+    for i in range(start_index, end):
         retime(model.timing, model, state, i)

@@ -6,8 +6,6 @@ when the first is scheduled, and the printed cycle stalls (docs/algorithm).
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.entry import entry
 from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
@@ -66,7 +64,7 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
     partner = state.partner
     now = state.clock[0].now
     tally = tallies[0]
-    n = np.uint64(len(partner))
+    n = len(partner)
     if start_index == 0:
         if not build(neighbors, model.motion, model.boundary, state):
             return False
@@ -74,11 +72,11 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
         for i in range(n):
             rows[i].event_time = NEVER
             partner[i] = LAMBDA
-    for i in range(np.uint64(start_index), np.uint64(end)):
+    for i in range(start_index, end):
         found = search(model, state, neighbors, i, now, 0, NO_REF)
         predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
         schedule_transit(model, state, neighbors, i, now)
-    if np.uint64(end) == n:
+    if end == n:
         fill_window(calendar, state, model.boundary, now, state.clock[0].length)
     return True
 
@@ -108,16 +106,16 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         if not tight and notify_next(model.rules, model, state, calendar, clock.now):
             cycles -= 1
             continue
-        chosen = np.int64(-2)
+        i = -2
         if not tight:
-            chosen = next_event(calendar, state, neighbors, model.boundary, model.motion)
-        if chosen == -2:
+            i = next_event(calendar, state, neighbors, model.boundary, model.motion)
+        if i == -2:
             if not cluttered(calendar, state):
                 return NEEDS_HEAP, cycles
             control.full = 1
             continue
         last = clock.epoch == end_epoch
-        if chosen == -1:
+        if i == -1:
             if last and end_time < control.end:
                 publish_time(calendar, state, control.end)
                 return REACHED_TIME, cycles
@@ -141,7 +139,6 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
                 publish_time(calendar, state, NEVER)
                 return IDLE, cycles
             continue
-        i = np.uint64(chosen)
         now = calendar.event_time[0]
         publish_time(calendar, state, now)
         if (last and now > end_time) or clock.epoch > end_epoch:
@@ -165,7 +162,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             if not done:
                 return NEEDS_NEIGHBORS, cycles
             pop(calendar)
-            prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
+            prefetch_first(neighbors, model.boundary, state, calendar.component[0])
             tally.transits += 1
             schedule_transit(bare, state, neighbors, i, now)  # first, so that it does not wait for the search
             enqueue(state, calendar, i)
@@ -177,20 +174,20 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
                 start_over(bare, state, neighbors, calendar, tally, i, now)
             continue
         pop(calendar)
-        prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
-        ref = np.int64(state.partner[i])
+        prefetch_first(neighbors, model.boundary, state, calendar.component[0])
+        ref = state.partner[i]
         if ref < 0:
             happened = run_one_body(model, state, neighbors, i, ref, now)
-            tally.advancements += np.int64(not happened)
+            tally.advancements += not happened
             found = search(bare, state, neighbors, i, now, 0, NO_REF)
             predict(bare, state, neighbors, calendar, tally, i, now, NO_REF, found)
             if happened:
                 schedule_transit(bare, state, neighbors, i, now)
             enqueue(state, calendar, i)
             continue
-        j = np.uint64(index(model.boundary, ref))
+        j = index(model.boundary, ref)
         if j < i:  # the same bits, whichever of the two was found first
-            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            ref = mirror(model.boundary, i, ref)
             i, j = j, i
         collide(model, state, neighbors, tally, i, ref, now)
         rebin(neighbors, model.motion, model.boundary, state, i, now)
@@ -205,5 +202,5 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         for _ in range(2):
             predict(bare, state, neighbors, calendar, tally, i, now, ref, found)
             enqueue(state, calendar, i)
-            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            ref = mirror(model.boundary, i, ref)
             i, j, found = j, i, other

@@ -26,19 +26,19 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     another word.
     """
     rows = state.rows
-    held = np.int64(state.partner[i])
+    held = state.partner[i]
     rows[i].event_time = NEVER
     state.partner[i] = LAMBDA
     event_time = NEVER
-    j = np.int64(-1)
+    j = -1
     clamped = False
     searched = False
     ref, t = found
     while ref >= 0:
-        j = np.int64(index(model.boundary, ref))
+        j = index(model.boundary, ref)
         event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
         repeats = ref == met and event_time == now
-        if not repeats and (searched or event_time <= rows[np.uint64(j)].event_time):
+        if not repeats and (searched or event_time <= rows[j].event_time):
             break
         # The two have just met; or the other half of the collision took this candidate after the search.
         searched = True
@@ -46,8 +46,8 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
         ref, t = search(model, state, neighbors, i, now, 0, met if repeats else NO_REF)
     if not schedule_one_body(model, state, i, now, event_time) and event_time < NEVER:
         pair_up(model, state, calendar, i, ref, event_time)
-        tally.clamped += np.int64(clamped)
-        tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
+        tally.clamped += clamped
+        tally.returns += met >= 0 and j == index(model.boundary, met)
     if held >= 0:
         release(model, state, calendar, i, held)
 
@@ -62,11 +62,11 @@ def retime(timing, model, state, i):
 def _retime_of_from_rows(timing: FromRows, model, state, i):
     rows = state.rows
     slightly = EARLIER * state.clock[0].length
-    ref = np.int64(state.partner[i])
+    ref = state.partner[i]
     if not slightly < rows[i].event_time < NEVER:
         return
     if ref >= 0:
-        j = np.uint64(index(model.boundary, ref))
+        j = index(model.boundary, ref)
         if i < j:
             event_time, _ = contact_time_of(timing, model, state, i, ref, 0.0, np.float64(rows[i].event_time))
             rows[i].event_time = event_time
@@ -80,7 +80,7 @@ def _retime_of_from_rows(timing: FromRows, model, state, i):
 
 def recheck_one_body(model, state, calendar, i, now):
     """Look for the events of component i that have come into view with its last change of sector."""
-    held = np.int64(state.partner[i])
+    held = state.partner[i]
     t, code = event_in_view(model.obstacles, model, state, i, now)
     if t < state.rows[i].event_time:
         state.rows[i].event_time = t
@@ -92,12 +92,12 @@ def recheck_one_body(model, state, calendar, i, now):
 
 def release(model, state, calendar, i, held):
     """Leave the former partner of i (word ``held``) with an advancement, unless i has chosen it again."""
-    j = np.uint64(index(model.boundary, held))
-    back = np.int64(state.partner[j])
-    if back < 0 or np.uint64(index(model.boundary, back)) != i:
+    j = index(model.boundary, held)
+    back = state.partner[j]
+    if back < 0 or index(model.boundary, back) != i:
         return
-    chosen = np.int64(state.partner[i])
-    if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
+    chosen = state.partner[i]
+    if chosen < 0 or index(model.boundary, chosen) != j:
         state.partner[j] = LAMBDA
         enqueue(state, calendar, j)
 
@@ -105,17 +105,17 @@ def release(model, state, calendar, i, held):
 def pair_up(model, state, calendar, i, ref, event_time):
     """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
-    j = np.uint64(index(model.boundary, ref))
-    third_party = np.int64(state.partner[j])
+    j = index(model.boundary, ref)
+    third_party = state.partner[j]
     if third_party >= 0:
-        m = np.uint64(index(model.boundary, third_party))
-        if m != np.uint64(i):
+        m = index(model.boundary, third_party)
+        if m != i:
             state.partner[m] = LAMBDA
             insert(calendar, m, np.float64(rows[j].event_time))
     rows[i].event_time = event_time
     rows[j].event_time = event_time
     state.partner[i] = ref
-    state.partner[j] = mirror(model.boundary, np.int64(i), ref)
+    state.partner[j] = mirror(model.boundary, i, ref)
 
 
 def enqueue(state, calendar, i):
@@ -138,12 +138,12 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
     if ref < 0:
         return
     rows = state.rows
-    j = np.int64(index(model.boundary, ref))
+    j = index(model.boundary, ref)
     event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
-    if event_time < rows[i].event_time and event_time <= rows[np.uint64(j)].event_time:
-        held = np.int64(state.partner[i])
+    if event_time < rows[i].event_time and event_time <= rows[j].event_time:
+        held = state.partner[i]
         pair_up(model, state, calendar, i, ref, event_time)
-        tally.clamped += np.int64(clamped)
+        tally.clamped += clamped
         enqueue(state, calendar, i)
         if held >= 0:
             release(model, state, calendar, i, held)
@@ -153,11 +153,11 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
 def start_over(model, state, neighbors, calendar, tally, i, now):
     """Schedule i again if its change of sector made the word of its partner invalid."""
     rows = state.rows
-    held = np.int64(state.partner[i])
+    held = state.partner[i]
     held_time = rows[i].event_time
-    j = np.uint64(0)
+    j = 0
     if held >= 0:
-        j = np.uint64(index(model.boundary, held))
+        j = index(model.boundary, held)
         rows[j].event_time = NEVER
         state.partner[j] = LAMBDA
         state.partner[i] = LAMBDA
@@ -175,10 +175,10 @@ def notify_next(rules, model, state, calendar, now):
     if rules is None or rules.queued[0] == 0:
         return False
     rules.queued[0] -= 1
-    i = np.uint64(rules.queue[rules.queued[0]])
+    i = rules.queue[rules.queued[0]]
     if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
         return True
-    held = np.int64(state.partner[i])
+    held = state.partner[i]
     state.rows[i].event_time = now
     state.partner[i] = TIMER_EVENT
     enqueue(state, calendar, i)

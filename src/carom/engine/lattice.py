@@ -13,7 +13,7 @@ from carom.models.mathematics.parabolas import leaving
 from carom.models.motions.shear import Sheared, tilt_at
 from carom.models.questions.motion import exit_time, position, velocity
 
-GRADIENT = np.uint64(1)
+GRADIENT = 1
 """The axis along which a stream grows; it flows along axis 0."""
 
 
@@ -159,28 +159,28 @@ def _relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, other, now):
 
 def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
     dimension = len(boundary.edges)
-    elapsed = now - block[np.uint64(dimension), k]
+    elapsed = now - block[dimension, k]
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
-    speed = np.float64(block[np.uint64(dimension + 1 + axis), k])
+    speed = np.float64(block[dimension + 1 + axis, k])
     if axis == 0:
-        speed -= tilt_at(motion, now) * block[np.uint64(dimension + 2), k]
-    return separation(boundary, i, ref, axis, block[np.uint64(axis), k] + speed * elapsed - x)
+        speed -= tilt_at(motion, now) * block[dimension + 2, k]
+    return separation(boundary, i, ref, axis, block[axis, k] + speed * elapsed - x)
 
 
 @candidate_relative_to.register
 def _candidate_relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, block, k, now):
     dimension = len(boundary.edges)
-    elapsed = now - block[np.uint64(dimension), k]
+    elapsed = now - block[dimension, k]
     rr = 0.0
     rv = 0.0
     vv = 0.0
     for axis in range(dimension):
         r = _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now)
-        v = np.float64(block[np.uint64(dimension + 1 + axis), k])
+        v = np.float64(block[dimension + 1 + axis, k])
         if axis == 0:
             up = _candidate_apart(motion, boundary, i, ref, 1, me, block, k, now)
             r += tilt_at(motion, now) * up
-            v += motion.rate * (up - block[np.uint64(dimension + 2), k] * elapsed)
+            v += motion.rate * (up - block[dimension + 2, k] * elapsed)
         v -= velocity_at(motion, axis, me.v, now - me.t)
         rr += r * r
         rv += r * v
@@ -227,17 +227,17 @@ def _remap_of_sheared(motion: Sheared, state, edges, length):
     if turns == 0.0:
         return False
     motion.tilt[0] -= turns * motion.ratio
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         me = state.rows[i]
-        x = me.x[np.uint64(0)] + turns * motion.ratio * me.x[GRADIENT]
+        x = me.x[0] + turns * motion.ratio * me.x[GRADIENT]
         crossings = np.floor(x / edges[0])
-        me.x[np.uint64(0)] = x - crossings * edges[0]
-        count_images(state.images, i, 0, np.int64(crossings))
-        shift_images(state.images, i, np.int64(turns))
+        me.x[0] = x - crossings * edges[0]
+        count_images(state.images, i, 0, crossings)
+        shift_images(state.images, i, turns)
     return True
 
 
 def shift_images(images, i, turns):
     """Refer the images of component i to a lattice whose tilt is less by so many boxes."""
     if images is not None:
-        images[i, 0] += turns * images[i, 1]
+        images[i, 0] += int(turns) * images[i, 1]

@@ -85,10 +85,10 @@ def run_contact(obstacles, model, state, neighbors, i, code, now):
     advance(model, state, neighbors, i, now)
     before_obstacle(model.observers, model, state, i, now)
     momentum = reflect_component(model, state, i, number, now)
-    energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
+    energy = gained(obstacles.live, momentum, growth(model.pair, i))
     gain(model.observers, energy, now)
     after_obstacle(model.observers, model, state, ObstacleEvent(i, number, now, momentum, energy))
-    record(model.observers, state.clock[0], np.int64(i), code, momentum)
+    record(model.observers, state.clock[0], i, code, momentum)
     return True
 
 
@@ -168,9 +168,9 @@ def kick_event(timers, model, state, i, now, t, code):
         timers.v[axis] = math.ldexp(timers.v[axis], -timers.exponent)
     begun = _since(timers, state)
     time = math.ldexp(begun + now, timers.exponent)
-    next_kick = next_time(timers.drive, np.int64(i), timers.x, timers.v, time)
+    next_kick = next_time(timers.drive, i, timers.x, timers.v, time)
     until = max(math.ldexp(np.float64(next_kick), -timers.exponent) - begun, now)
-    return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
+    return (until, TIMER_EVENT) if until < t else (t, code)
 
 
 def run_kick(timers, model, state, neighbors, i, code, now):
@@ -188,9 +188,9 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         before += v * v
         timers.x[axis] = me.x[axis]
         timers.v[axis] = math.ldexp(v, -timers.exponent)
-    weight = mass(model.pair, np.int64(i))
+    weight = mass(model.pair, i)
     time = math.ldexp(_since(timers, state) + now, timers.exponent)
-    kick(timers.drive, np.int64(i), weight, timers.x, timers.v, time)
+    kick(timers.drive, i, weight, timers.x, timers.v, time)
     after = 0.0
     for axis in range(len(me.v)):
         me.v[axis] = math.ldexp(timers.v[axis], timers.exponent)
@@ -198,7 +198,7 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         after += v * v
     after_kick(model.observers, model, state, i, now)
     gain(model.observers, 0.5 * weight * (after - before), now)
-    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
+    record(model.observers, state.clock[0], i, code, 0.0)
     return True
 
 

@@ -38,13 +38,13 @@ def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
 @optional
 def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
     """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
+    return contact_time(pair, i, index(boundary, ref), rr, rv, vv, now)
 
 
 @optional
 def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
     """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
-    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, ref)), rr, rv, now)
+    a, b, virial = jump(pair, i, index(boundary, ref), rr, rv, now)
     return a, b, virial, CORE, 0, 0
 
 
@@ -61,7 +61,7 @@ def put_step(neighbors, i, j, step):
 
 def step_of(boundary, ref):
     """Return the step that a word names."""
-    return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
+    return int(ref) & ((1 << boundary.bits) - 1)
 
 
 @answering(mirror, candidate_time, refined_time, outcome, logged)
@@ -80,16 +80,16 @@ class SteppedImage(NamedTuple):
         return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
     def refined_time(self, pair, i, ref, rr, rv, vv, now):
-        t = step_time(pair, i, np.int64(index(self, ref)), step_of(self, ref), rr, rv, vv, now)
+        t = step_time(pair, i, index(self, ref), step_of(self, ref), rr, rv, vv, now)
         return t if t < NEVER else max(-rv / vv, 0.0), False
 
     def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
-        j = np.int64(index(self, ref))
+        j = index(self, ref)
         before = step_of(self, ref)
-        a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
+        a, b, virial, step, kind = step_jump(pair, i, j, before, rr, rv, now)
         if step != before:
-            put_step(neighbors, np.uint64(i), np.uint64(j), step)
-            put_step(neighbors, np.uint64(j), np.uint64(i), step)
+            put_step(neighbors, i, j, step)
+            put_step(neighbors, j, i, step)
         pair.events[before, kind] += 1
         tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
         return a, b, virial, kind, before, step
@@ -122,7 +122,7 @@ class PairSteps(NamedTuple):
     ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
     def fresh_word(self, i, j):
-        return np.uint32(np.uint64(j) << np.uint64(self.bits))
+        return np.uint32(j << self.bits)
 
 
 @answering(fresh_word)
@@ -179,7 +179,7 @@ def standing(pair_steps):
 
 def stepped_word(pair_steps, j, step):
     """Return the word that names component j and a step."""
-    return np.uint32((np.uint64(j) << np.uint64(pair_steps.bits)) | np.uint64(step))
+    return np.uint32((j << pair_steps.bits) | step)
 
 
 def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:

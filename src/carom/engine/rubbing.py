@@ -56,7 +56,7 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
 @optional
 def mobility(pair, impact, i):
     """Return ``1 / m`` and ``R^2 / I`` of component i [1 / mass]."""
-    return 1.0 / mass(pair, np.int64(i)), 1.0 / impact.inertia[i]
+    return 1.0 / mass(pair, i), 1.0 / impact.inertia[i]
 
 
 @mobility.register

@@ -6,8 +6,6 @@ the partner TIMER_EVENT). A queue tells units of such a change: each gets an eve
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.registry import required
 from carom.engine.advance import advance
 from carom.engine.boundary import index, separation
@@ -41,17 +39,17 @@ def recount_listed(neighbors, rules, boundary, i, was):
 @recount_listed.register
 def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
     start_index = start(neighbors.bounds, i)
-    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
+    for k in range(start_index, start_index + neighbors.counts[i]):
         recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
 
 
 def recount_word(neighbors, rules, boundary, i, ref, was):
     """Do so for the one that a word names."""
-    j = np.int64(index(boundary, ref))
-    recount(rules, np.int64(i), j, step_of(boundary, ref), was)
+    j = index(boundary, ref)
+    recount(rules, i, j, step_of(boundary, ref), was)
     if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
-        put_step(neighbors, np.uint64(i), np.uint64(j), 0)
-        put_step(neighbors, np.uint64(j), np.uint64(i), 0)
+        put_step(neighbors, i, j, 0)
+        put_step(neighbors, j, i, 0)
 
 
 def _settle(rules, model, state, neighbors, slot, i, now):
@@ -61,7 +59,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
     before = 0.0
     for axis in range(dimension):
         before += me.v[axis] * me.v[axis]
-    was = apply(rules, slot, np.int64(i), me.v, now)
+    was = apply(rules, slot, i, me.v, now)
     after = 0.0
     for axis in range(dimension):
         after += me.v[axis] * me.v[axis]
@@ -74,7 +72,7 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     """Call the rules of those whose circle a pair has crossed now; both decide on the state before."""
     if rules is None:
         return
-    crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
+    crossed = step_of(model.boundary, ref) - (kind != IN)
     mine = rules.watch[rules.kinds[i], crossed]
     yours = rules.watch[rules.kinds[j], crossed]
     if mine < 0 and yours < 0:
@@ -84,10 +82,10 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     time = rules.origin[0] + (clock.epoch * clock.length + now)
     me = state.rows[i]
     other = state.rows[j]
-    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
-    fill_agent(rules, 1, np.int64(j), other.x, other.v, now)
-    fill_event(rules, 0, cause, mine, np.int64(j), time)
-    fill_event(rules, 1, cause, yours, np.int64(i), time)
+    fill_agent(rules, 0, i, me.x, me.v, now)
+    fill_agent(rules, 1, j, other.x, other.v, now)
+    fill_event(rules, 0, cause, mine, j, time)
+    fill_event(rules, 1, cause, yours, i, time)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, ref, axis, other.x[axis] - me.x[axis])
         place_other(rules, 0, axis, r, other.v[axis])
@@ -118,16 +116,16 @@ def run_rule(rules, model, state, neighbors, i, code, now):
         return False
     advance(model, state, neighbors, i, now)
     on_timer(rules, model, state, neighbors, i, code, now)
-    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
+    record(model.observers, state.clock[0], i, code, 0.0)
     return True
 
 
 def on_timer(rules, model, state, neighbors, i, ref, now):
     """Ask unit i alone, which is at the time now."""
-    cause, other = cause_of(rules, np.int64(i), now)
+    cause, other = cause_of(rules, i, now)
     clock = state.clock[0]
     me = state.rows[i]
-    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
+    fill_agent(rules, 0, i, me.x, me.v, now)
     time = rules.origin[0] + (clock.epoch * clock.length + now)
     fill_event(rules, 0, cause, NO_AGENT, other, time)
     if other != NO_AGENT:

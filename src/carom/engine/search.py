@@ -21,7 +21,7 @@ from carom.models.questions.steps import step_core_square
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
-NO_REF = np.int64(-1)
+NO_REF = -1
 """No word: nothing is left out of a search."""
 
 
@@ -33,43 +33,43 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized.
     """
     me = state.rows[i]
-    first_lane = np.int64(block_half) * WIDTH
+    first_lane = block_half * WIDTH
     block, keys = candidate_block(state.rows)
     dimension = len(model.boundary.edges)
-    bits = np.int64(index_bits(model.boundary))
+    bits = index_bits(model.boundary)
     best = NO_CANDIDATE
-    chosen = np.int64(-1)
+    chosen = -1
     for start in range(0, count, WIDTH):
-        size = min(count - start, WIDTH)
+        size = min(int(count) - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
-        for k in range(np.uint64(LANES)):
+        for k in range(LANES):
             keys[k] = NO_CANDIDATE
         # All of them first: a register that is read right after its parts were written one by one waits.
         for lane in range(0, full, LANES):
-            ref_index = np.int64(start_index) + start + lane
-            pack_fields(model.pair, model.lanes, refs, ref_index, bits, first_lane + np.int64(lane))
+            ref_index = start_index + start + lane
+            pack_fields(model.pair, model.lanes, refs, ref_index, bits, first_lane + lane)
         for lane in range(0, full, LANES):
-            ref_index = np.int64(start_index) + start + lane
+            ref_index = start_index + start + lane
             gather_rows(state.rows, refs, ref_index, bits, block)
-            for k in range(np.uint64(LANES)):
-                ref = refs[np.uint64(ref_index) + k]
-                number = np.int64(k) + lane
+            for k in range(LANES):
+                ref = refs[ref_index + k]
+                number = k + lane
                 rr, rv, vv = candidate_relative_to(model.motion, model.boundary, i, ref, me, block, k, now)
-                lane_index = np.uint64(first_lane + number)
+                lane_index = first_lane + number
                 t = candidate_time(
                     model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
                 )
                 eligible = block[2 * dimension + 1, k] >= now + t
-                eligible &= np.int64(ref) != avoided
+                eligible &= ref != avoided
                 eligible &= number < size  # what follows the last candidate is somebody's word, but not i's
                 t = t if eligible else NEVER
-                key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | number
+                key = (np.float64(t).view(np.int64) & ~(WIDTH - 1)) | number
                 keys[k] = min(keys[k], key)
         earliest = least(keys)
         if earliest < best:
             best = earliest
-            chosen = np.int64(refs[start_index + np.uint64(start + (earliest & (WIDTH - 1)))])
-    return chosen, np.int64(best & ~np.int64(WIDTH - 1)).view(np.float64)
+            chosen = refs[start_index + start + (earliest & (WIDTH - 1))]
+    return chosen, (best & ~(WIDTH - 1)).view(np.float64)
 
 
 def search(model, state, neighbors, i, now, block_half, avoided):
@@ -123,7 +123,7 @@ class FromCache(NamedTuple):
 
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
-    other = state.rows[np.uint64(index(model.boundary, ref))]
+    other = state.rows[index(model.boundary, ref)]
     return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
 
 
@@ -131,7 +131,7 @@ def relative(model, state, i, ref, now):
 def contact_time_of(timing, model, state, i, ref, now, t):
     """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
     rr, rv, vv = relative(model, state, i, ref, now)
-    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, now)
+    t, clamped = refined_time(model.boundary, model.pair, i, ref, rr, rv, vv, now)
     return now + t, clamped
 
 
@@ -143,8 +143,8 @@ def start_before(square, vv, event_time):
     """
     # Half the root of the quotient, to its leading bit, and the inverse.
     exponent = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
-    step = np.int64((1023 + exponent) << 52).view(np.float64)
-    inverse_step = np.int64((1023 - exponent) << 52).view(np.float64)
+    step = ((1023 + exponent) << 52).view(np.float64)
+    inverse_step = ((1023 - exponent) << 52).view(np.float64)
     return (np.floor(event_time * inverse_step) - 1.0) * step
 
 
@@ -152,12 +152,12 @@ def start_before(square, vv, event_time):
 def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
     rows = state.rows
     event_time = now + t
-    then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, ref))].t))
+    then = max(np.float64(rows[i].t), np.float64(rows[index(model.boundary, ref)].t))
     rr, rv, vv = relative(model, state, i, ref, then)
     if (event_time - then) * (event_time - then) * vv > timing.square:
         then = start_before(timing.square, vv, event_time)
         rr, rv, vv = relative(model, state, i, ref, then)
-    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, then)
+    t, clamped = refined_time(model.boundary, model.pair, i, ref, rr, rv, vv, then)
     return max(then + t, now), clamped
 
 

@@ -75,12 +75,12 @@ def layer_of(neighbors, i, axis):
 
 @layer_of.register
 def _layer_of_sectors(neighbors: Sectors, i, axis):
-    return np.uint64(neighbors.cell[i, np.uint64(axis)])
+    return neighbors.cell[i, axis]
 
 
 @layer_of.register
 def _layer_of_lists(neighbors: Lists, i, axis):
-    return np.uint64(grid_coordinate(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE))
+    return grid_coordinate(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE)
 
 
 @required
@@ -95,12 +95,12 @@ def _prefetch_layer_of_sectors(neighbors: Sectors, i):
 
 @prefetch_layer.register
 def _prefetch_layer_of_lists(neighbors: Lists, i):
-    prefetch(neighbors.reference, np.int64(i))
+    prefetch(neighbors.reference, i)
 
 
 def layers_apart(layer, other, layers):
     """Return how many layers two are apart, of so many layers that repeat."""
-    gap = np.int64(layer) - np.int64(other)
+    gap = layer - other
     gap = -gap if gap < 0 else gap
     return min(gap, layers - gap)
 

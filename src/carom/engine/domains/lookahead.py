@@ -28,7 +28,7 @@ PREFETCH_AHEAD = 4  # buckets by which what they name is asked for before a proc
 def note(calendar, side, time, i):
     """Announce an event of component i at a border."""
     lp = calendar.lp[0]
-    k = np.uint64(lp.announced_counts[side])
+    k = lp.announced_counts[side]
     if k == MOST_ANNOUNCED:
         lp.first_unannounced = min(lp.first_unannounced, time)
         return
@@ -44,13 +44,13 @@ def withdraw(calendar, side, now):
     """Withdraw what was announced at a border before now."""
     lp = calendar.lp[0]
     announced_times, announced_patches = calendar.announced_times, calendar.announced_patches
-    k = np.int64(0)
+    k = 0
     while k < lp.announced_counts[side]:
         if announced_times[side, k] >= now:
             k += 1
             continue
         lp.announced_counts[side] -= 1
-        last = np.uint64(lp.announced_counts[side])
+        last = lp.announced_counts[side]
         at = announced_patches[side, k]
         announced_times[side, k] = announced_times[side, last]
         announced_patches[side, k] = announced_patches[side, last]
@@ -72,12 +72,12 @@ def announce_at_borders(calendar, time, i, mask):
 def _note_border_event_of_lp(calendar: LpQueue, bucket, time, i):
     if calendar.lp[0].held_borders & INTERIOR != 0:
         return
-    mask = mask_of(calendar, np.uint64(i))
+    mask = mask_of(calendar, i)
     if mask & ANNOUNCED != 0:
         if bucket > calendar.lp[0].scanned_bucket:
-            calendar.flags[np.uint64(bucket)] = 1
+            calendar.flags[bucket] = 1
         else:
-            announce_at_borders(calendar, time, np.uint64(i), mask)
+            announce_at_borders(calendar, time, i, mask)
 
 
 @clear_notes.register
@@ -99,9 +99,9 @@ def _clear_notes_of_lp(calendar: LpQueue):
 def prefetch_bucket(calendar, state, bucket):
     """Ask for what looking into a bucket will touch."""
     buckets = calendar.buckets
-    if bucket < buckets_in_window(calendar) and calendar.flags[np.uint64(bucket)] != 0:
-        for k in range(np.uint64(buckets[np.uint64(bucket), 0])):
-            i = np.int64(buckets[np.uint64(bucket), k + np.uint64(2)])
+    if bucket < buckets_in_window(calendar) and calendar.flags[bucket] != 0:
+        for k in range(buckets[bucket, 0]):
+            i = buckets[bucket, k + 2]
             prefetch_layer(calendar.neighbors, i)
             prefetch(state.rows, i)
             prefetch(state.crossing_time, i)
@@ -110,12 +110,12 @@ def prefetch_bucket(calendar, state, bucket):
 def scan_bucket(calendar, state, bucket):
     """Announce what a bucket holds at the borders."""
     buckets = calendar.buckets
-    for k in range(np.uint64(buckets[bucket, 0])):
-        scan_component(calendar, state, bucket, np.uint64(buckets[bucket, k + np.uint64(2)]))
+    for k in range(buckets[bucket, 0]):
+        scan_component(calendar, state, bucket, buckets[bucket, k + 2])
     link = buckets[bucket, 1]
     while link > 0:
-        for k in range(np.uint64(ENTRIES)):
-            scan_component(calendar, state, bucket, np.uint64(calendar.lines[link, k + np.uint64(2)]))
+        for k in range(ENTRIES):
+            scan_component(calendar, state, bucket, calendar.lines[link, k + 2])
         link = calendar.lines[link, 1]
 
 
@@ -123,7 +123,7 @@ def scan_component(calendar, state, bucket, i):
     """Announce component i, if it is due in this bucket and at a border."""
     mask = mask_of(calendar, i)
     time = time_of(state, i)
-    inside = time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket)
+    inside = time < calendar.control[0].end and bucket_of(calendar, time) <= bucket
     if inside and mask & ANNOUNCED != 0 and mask & OWN != 0:
         announce_at_borders(calendar, time, i, mask)
 
@@ -148,8 +148,8 @@ def _publish_time_of_lp(calendar: LpQueue, state, time):
             ):
                 lp.scanned_bucket += 1
                 prefetch_bucket(calendar, state, lp.scanned_bucket + PREFETCH_AHEAD)
-                if calendar.flags[np.uint64(lp.scanned_bucket)] != 0:
-                    scan_bucket(calendar, state, np.uint64(lp.scanned_bucket))
+                if calendar.flags[lp.scanned_bucket] != 0:
+                    scan_bucket(calendar, state, lp.scanned_bucket)
             bucket_end = control.start + (lp.scanned_bucket + 1) * control.width
             lp.scanned_time = control.end if lp.scanned_bucket == last else min(bucket_end, control.end)
         lp.first_unannounced = NEVER if lp.first_unannounced < time else lp.first_unannounced

@@ -119,7 +119,7 @@ class LpQueue(NamedTuple):
 
 def mask_of(calendar, i):
     """Return what the layer of component i is to this process."""
-    return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)])
+    return calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)]
 
 
 def row_of(calendar, i, k):
@@ -140,15 +140,15 @@ def beside(lp, side):
 
 def slot_of(lp, side):
     """Return which messages are those from or to the process on a side: of two, all are from below."""
-    return np.int64(0 if lp.processes == 2 else side)
+    return 0 if lp.processes == 2 else side
 
 
 def border(lp, side):
     """Return where the lock of the border on a side is."""
-    return np.int64(LINE) * np.int64(lp.me if side == 0 else beside(lp, np.int64(1)))
+    return LINE * (lp.me if side == 0 else beside(lp, 1))
 
 
 def abort_window(calendar):
     """Tell all processes that the window is rolled back."""
     for process in range(calendar.lp[0].processes):
-        store(calendar.channels.sent_count, LINE * process + 2, np.int64(1))
+        store(calendar.channels.sent_count, LINE * process + 2, 1)

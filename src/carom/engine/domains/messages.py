@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.instructions import load, store
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
@@ -38,16 +36,16 @@ def _is_remote_of_lp(calendar: LpQueue, i):
 @count_local.register
 def _count_local_of_lp(calendar: LpQueue, start_index, end):
     # Rows of others are not looked at: half of the memory that two processes would ask for.
-    count = np.uint64(0)
+    count = 0
     for i in range(start_index, end):
         calendar.component[count] = i
-        count += np.uint64(mask_of(calendar, i) & OWN != 0)
+        count += mask_of(calendar, i) & OWN != 0
     return count
 
 
 @local_component.register
 def _local_component_of_lp(calendar: LpQueue, start_index, k):
-    return np.uint64(calendar.component[k])
+    return calendar.component[k]
 
 
 @send_if_remote.register
@@ -55,7 +53,7 @@ def _send_if_remote_of_lp(calendar: LpQueue, i, time):
     lp, channels = calendar.lp[0], calendar.channels
     if lp.held_borders & INTERIOR != 0:
         return False
-    mask = mask_of(calendar, np.uint64(i))
+    mask = mask_of(calendar, i)
     foreign = mask & OWN == 0
     if lp.held_borders & PROCESSING != 0:
         held = mask & BORDERS & lp.held_borders != 0
@@ -64,13 +62,13 @@ def _send_if_remote_of_lp(calendar: LpQueue, i, time):
             abort_window(calendar)  # further away than an event should reach: somebody else may be at it
     if not foreign:
         return False
-    side = np.int64(0 if mask & BORDER_BELOW != 0 else 1)
+    side = 0 if mask & BORDER_BELOW != 0 else 1
     slot, other = slot_of(lp, side), beside(lp, side)
     back = slot_of(lp, 1 - side)
-    k = lp.written[np.uint64(slot)]
-    channels.messages[np.uint64(other), np.uint64(back), np.uint64(k & (MOST_MESSAGES - 1))] = i
-    lp.written[np.uint64(slot)] = k + 1
-    lp.unread[np.uint64(slot)] = min(lp.unread[np.uint64(slot)], time)
+    k = lp.written[slot]
+    channels.messages[other, back, k & (MOST_MESSAGES - 1)] = i
+    lp.written[slot] = k + 1
+    lp.unread[slot] = min(lp.unread[slot], time)
     store(channels.sent_count, LINE * other + back, k + 1)
     return True
 
@@ -84,10 +82,10 @@ def _receive_of_lp(calendar: LpQueue, state):
     for slot in range(2):
         count = load(channels.sent_count, LINE * lp.me + slot)
         while lp.read[slot] != count and control.waiting + MOST_NEW_ENTRIES <= len(calendar.event_time):
-            i = channels.messages[np.uint64(lp.me), slot, np.uint64(lp.read[slot] & (MOST_MESSAGES - 1))]
+            i = channels.messages[lp.me, slot, lp.read[slot] & (MOST_MESSAGES - 1)]
             lp.read[slot] += 1
             lp.unacknowledged = 1
-            insert(calendar, np.uint64(i), time_of(state, np.uint64(i)))
+            insert(calendar, i, time_of(state, i))
 
 
 def unlock(calendar):
@@ -95,5 +93,5 @@ def unlock(calendar):
     lp = calendar.lp[0]
     for side in range(2):
         if lp.held_borders & (side + 1) != 0:
-            store(calendar.channels.border_locks, border(lp, np.int64(side)), np.int64(0))
+            store(calendar.channels.border_locks, border(lp, side), 0)
     lp.held_borders = 0

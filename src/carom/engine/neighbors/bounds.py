@@ -87,10 +87,10 @@ class EqualBounds(NamedTuple):
         return self.skin, 0.0
 
     def start(self, i):
-        return i * np.uint64(self.capacity)
+        return i * self.capacity
 
     def size_class(self, i):
-        return np.uint64(0)
+        return 0
 
     def max_range_sq(self, i, size_class):
         return self.square
@@ -120,7 +120,7 @@ class UnequalBounds(NamedTuple):
         return both * both
 
     def pack_bounds(self, found, k, sizes):
-        pack(self.bounds, found, k, np.int64(0), sizes, k)
+        pack(self.bounds, found, k, 0, sizes, k)
 
     def list_range_sq_found(self, i, k, sizes):
         both = self.bounds[i] + sizes[k]
@@ -130,10 +130,10 @@ class UnequalBounds(NamedTuple):
         return _skin_of(self.rates, self, i, now)
 
     def start(self, i):
-        return np.uint64(self.starts[i])
+        return self.starts[i]
 
     def size_class(self, i):
-        return np.uint64(self.size_classes[i])
+        return self.size_classes[i]
 
     def max_range_sq(self, i, size_class):
         both = self.bounds[i] + self.largest[size_class]

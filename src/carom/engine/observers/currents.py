@@ -85,8 +85,8 @@ class Currents(NamedTuple):
             w[p] = np.float64(other.v[p]) - currents.drift[p]
             after[p] = v[p] + a * x
             later[p] = w[p] - b * x
-        first = mass(model.pair, np.int64(i))
-        second = mass(model.pair, np.int64(j))
+        first = mass(model.pair, i)
+        second = mass(model.pair, j)
         kind, other_kind = currents.kinds[i], currents.kinds[j]
         gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
         lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)

@@ -62,9 +62,9 @@ class Flights(NamedTuple):
         for c, other in ((i, j), (j, i)):
             if flights.partners[c] >= 0:
                 flights.returns[flights.kinds[c], 0] += 1.0
-                if flights.partners[c] == np.int64(other):
+                if flights.partners[c] == other:
                     flights.returns[flights.kinds[c], 1] += 1.0
-            flights.partners[c] = np.int64(other)
+            flights.partners[c] = other
         a = min(flights.kinds[i], flights.kinds[j])
         b = max(flights.kinds[i], flights.kinds[j])
         u = abs(event.rv) / np.sqrt(event.rr)
@@ -99,4 +99,4 @@ def make_flights(n: int, kinds, inverse) -> Flights:
 
 def bin_of(value, width):
     """Return the bin of a value that is not negative."""
-    return np.int64(min(value / width, BINS - 1.0))
+    return int(min(value / width, BINS - 1.0))

@@ -45,15 +45,15 @@ class Own(NamedTuple):
         at_pair(
             self.observer,
             PairEvent(
-                np.int64(event.i),
-                np.int64(event.j),
+                event.i,
+                event.j,
                 _time(self, state, event.now),
                 self.r,
                 self.x,
                 self.before,
                 self.after,
                 math.ldexp(np.float64(event.virial), -self.exponent),
-                np.int64(event.kind),
+                event.kind,
             ),
         )
 
@@ -67,7 +67,7 @@ class Own(NamedTuple):
         at_obstacle(
             self.observer,
             ObstacleEvent(
-                np.int64(event.i),
+                event.i,
                 self.places[event.number],
                 _time(self, state, event.now),
                 self.normal,

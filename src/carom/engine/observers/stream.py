@@ -44,10 +44,10 @@ class StreamSums(NamedTuple):
 
     def before_kick(self, model, state, i, now):
         fly(self, now)
-        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
+        enter(self, mass(model.pair, i), state.rows[i].v, -1.0)
 
     def after_kick(self, model, state, i, now):
-        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
+        enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
 
     def at_epoch(self, model, state, length):
         # From the velocities again: rounding errors do not accumulate.
@@ -97,8 +97,8 @@ def enter(sums, weight, v, sign):
 def enter_pair(sums, model, state, event, sign):
     """Add the velocities of a pair and the momentum of the partner, or take them out."""
     me, other = state.rows[event.i], state.rows[event.j]
-    enter(sums, mass(model.pair, np.int64(event.i)), me.v, sign)
-    weight = mass(model.pair, np.int64(event.j))
+    enter(sums, mass(model.pair, event.i), me.v, sign)
+    weight = mass(model.pair, event.j)
     enter(sums, weight, other.v, sign)
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):

@@ -192,7 +192,7 @@ def cosine_and_sine(angle):
     c = 4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)
     half = 0.5 * z
     cosine = (1.0 - half) + (((1.0 - (1.0 - half)) - half) + z * z * c)
-    quarter = np.int64(turns) & 3
+    quarter = int(turns) & 3
     a = sine if quarter & 1 else cosine
     b = cosine if quarter & 1 else sine
     return (-a if (quarter == 1) | (quarter == 2) else a), (-b if quarter >= 2 else b)

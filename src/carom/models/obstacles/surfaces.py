@@ -65,8 +65,8 @@ class Lossy(NamedTuple):
             0.25 * law.contact_time * normal_acceleration(motion, normal),
             law.restitution * law.threshold,
         )
-        self.spared[0] += np.int64(is_elastic)
-        self.spared[1] += np.int64(left < least)
+        self.spared[0] += is_elastic
+        self.spared[1] += left < least
         push(motion, surface - speed + max(left, least), v, normal)
 
 

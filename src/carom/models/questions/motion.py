@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-import numpy as np
-
 from carom.compiling.registry import optional, required
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.questions.particles import NEVER, Particles
@@ -66,7 +64,7 @@ def exit_time(motion, axis, x, v, low, high):
     The default is for straight, uniform motion, where only the end ahead can be reached. A motion on curved
     paths answers for both ends, and its value has ``straight = False``.
     """
-    up = np.int64(v > 0.0)
+    up = v > 0.0
     end = high if up else low
     return max((end - x) / v, 0.0) if v != 0.0 else NEVER, up
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.registry import optional
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.questions.particles import NEVER
@@ -15,11 +13,11 @@ def soonest_wall(walls, x, v, radius, growth):
     The lower wall of an axis has the number ``2 axis``, the upper one ``2 axis + 1``.
     """
     if walls is None:
-        return NEVER, np.int64(-1)
+        return NEVER, -1
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     for axis in range(len(walls.lows)):
-        upper = np.int64(v[axis] > 0.0)
+        upper = v[axis] > 0.0
         approach = abs(v[axis]) + growth
         ahead = walls.stands[2 * axis + 1] if upper else walls.stands[2 * axis]
         if ahead != 0 and approach > 0.0:
@@ -42,20 +40,20 @@ def soonest_wall(walls, x, v, radius, growth):
 def landing_on_wall(walls, g, x, v, radius, growth):
     """Return :func:`soonest_wall` on a parabola: every particle has the acceleration ``g``, d floats."""
     if walls is None:
-        return NEVER, np.int64(-1)
+        return NEVER, -1
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     for axis in range(len(walls.lows)):
         if walls.stands[2 * axis] != 0:
             t = first_landing(x[axis] - walls.lows[axis] - radius, v[axis] - growth, g[axis])
             if t < best:
                 best = t
-                number = np.int64(2 * axis)
+                number = 2 * axis
         if walls.stands[2 * axis + 1] != 0:
             t = first_landing(walls.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
             if t < best:
                 best = t
-                number = np.int64(2 * axis + 1)
+                number = 2 * axis + 1
     return best, number
 
 
