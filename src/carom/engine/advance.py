@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.entry import entry
-from carom.engine.boundary import count_images, in_box
+from carom.engine.boundary import count_images
 from carom.engine.lattice import position_at, velocity_at
 from carom.engine.neighbors.interface import on_wrap
 from carom.models.questions.motion import carry
@@ -41,7 +41,7 @@ def place_at(model, state, i, now, x, v):
     old_event = state.rows[i]
     x0, v0, t = carry(model.motion, old_event.x, old_event.v, now - old_event.t, x, v)
     for axis in range(len(model.boundary.edges)):
-        x[axis] = in_box(model.boundary, i, axis, position_at(model.motion, axis, x0, v0, t, now))
+        x[axis] = model.boundary.in_box(i, axis, position_at(model.motion, axis, x0, v0, t, now))
         v[axis] = velocity_at(model.motion, axis, v0, t)
 
 

@@ -19,7 +19,6 @@ import numpy as np
 
 from carom.compiling.instructions import prefetch
 from carom.compiling.registry import cold, optional
-from carom.engine.boundary import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
 from carom.engine.state import aligned
 from carom.models.questions.particles import NEVER
@@ -242,7 +241,7 @@ def insert(calendar, i, time):
 def prefetch_calendar(calendar, state, boundary, ref):
     """Ask for what an event of ``ref`` will touch: its partner, and the bucket of that one's event."""
     if ref >= 0 and len(state.partner) >= HUGE:
-        j = index(boundary, ref)
+        j = boundary.index(ref)
         prefetch(state.partner, j)
         event_time = np.float64(state.rows[j].event_time)
         if event_time < calendar.control[0].end:
@@ -386,7 +385,7 @@ def choose_entering(calendar, state, boundary):
     for k in range(calendar.control[0].waiting):
         i, time = component[k], event_time[k]
         ref = state.partner[i]
-        j = index(boundary, ref) if ref >= 0 else i
+        j = boundary.index(ref) if ref >= 0 else i
         enters = (
             (j >= i)
             | (time == state.crossing_time[i])

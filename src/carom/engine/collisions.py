@@ -7,7 +7,6 @@ import numpy as np
 from carom.compiling.entry import entry
 from carom.compiling.registry import cold
 from carom.engine.advance import advance, into_next_epoch
-from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA
 from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
@@ -21,7 +20,6 @@ from carom.engine.observers.interface import (
     record,
 )
 from carom.engine.obstacles import age_obstacles
-from carom.engine.pair_steps import logged, outcome
 from carom.engine.rubbing import rub
 from carom.engine.rules import on_crossing
 from carom.models.mathematics.contact import LONGER
@@ -35,7 +33,7 @@ from carom.models.questions.particles import NEVER
 def collide(model, state, neighbors, tally, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
-    j = index(model.boundary, ref)
+    j = model.boundary.index(ref)
     advance(model, state, neighbors, i, now)
     advance(model, state, neighbors, j, now)
     me = rows[i]
@@ -54,8 +52,8 @@ def collide(model, state, neighbors, tally, i, ref, now):
         r *= longer
         long_rr += r * r
         long_rv += r * v
-    a, b, virial, kind, before, step = outcome(
-        model.boundary, model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
+    a, b, virial, kind, before, step = model.boundary.outcome(
+        model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
     # Surfaces that grow approach faster than the centers do.
     rate = growth(model.pair, i) + growth(model.pair, j)
@@ -77,7 +75,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
     tally.depth = max(tally.depth, core_square(model.pair, i, j, now) / rr)
     count_pair(model.observers, i, j, virial)
     record_impulse(model.pair, i, j, virial / np.sqrt(rr))
-    word = logged(model.boundary, ref, kind)
+    word = model.boundary.logged(ref, kind)
     record(model.observers, state.clock[0], i, word, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER

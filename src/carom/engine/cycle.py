@@ -7,7 +7,6 @@ when the first is scheduled, and the printed cycle stalls (docs/algorithm).
 from __future__ import annotations
 
 from carom.compiling.entry import entry
-from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
@@ -166,7 +165,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             tally.transits += 1
             schedule_transit(bare, state, neighbors, i, now)  # first, so that it does not wait for the search
             enqueue(state, calendar, i)
-            if lasting(model.boundary):
+            if model.boundary.lasting():
                 found = earliest_newcomer(neighbors, bare, state, i, now, refs, start_index, count)
                 offer_newcomer(bare, state, calendar, tally, i, now, found)
                 recheck_one_body(bare, state, calendar, i, now)
@@ -185,9 +184,9 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
                 schedule_transit(bare, state, neighbors, i, now)
             enqueue(state, calendar, i)
             continue
-        j = index(model.boundary, ref)
+        j = model.boundary.index(ref)
         if j < i:  # the same bits, whichever of the two was found first
-            ref = mirror(model.boundary, i, ref)
+            ref = model.boundary.mirror(i, ref)
             i, j = j, i
         collide(model, state, neighbors, tally, i, ref, now)
         rebin(neighbors, model.motion, model.boundary, state, i, now)
@@ -202,5 +201,5 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         for _ in range(2):
             predict(bare, state, neighbors, calendar, tally, i, now, ref, found)
             enqueue(state, calendar, i)
-            ref = mirror(model.boundary, i, ref)
+            ref = model.boundary.mirror(i, ref)
             i, j, found = j, i, other

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import cold, optional
-from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, TIMER_EVENT
 from carom.engine.neighbors.interface import transit_time
@@ -35,7 +34,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     searched = False
     ref, t = found
     while ref >= 0:
-        j = index(model.boundary, ref)
+        j = model.boundary.index(ref)
         event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
         repeats = ref == met and event_time == now
         if not repeats and (searched or event_time <= rows[j].event_time):
@@ -47,7 +46,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     if not schedule_one_body(model, state, i, now, event_time) and event_time < NEVER:
         pair_up(model, state, calendar, i, ref, event_time)
         tally.clamped += clamped
-        tally.returns += met >= 0 and j == index(model.boundary, met)
+        tally.returns += met >= 0 and j == model.boundary.index(met)
     if held >= 0:
         release(model, state, calendar, i, held)
 
@@ -66,7 +65,7 @@ def _retime_of_from_rows(timing: FromRows, model, state, i):
     if not slightly < rows[i].event_time < NEVER:
         return
     if ref >= 0:
-        j = index(model.boundary, ref)
+        j = model.boundary.index(ref)
         if i < j:
             event_time, _ = contact_time_of(timing, model, state, i, ref, 0.0, np.float64(rows[i].event_time))
             rows[i].event_time = event_time
@@ -92,12 +91,12 @@ def recheck_one_body(model, state, calendar, i, now):
 
 def release(model, state, calendar, i, held):
     """Leave the former partner of i (word ``held``) with an advancement, unless i has chosen it again."""
-    j = index(model.boundary, held)
+    j = model.boundary.index(held)
     back = state.partner[j]
-    if back < 0 or index(model.boundary, back) != i:
+    if back < 0 or model.boundary.index(back) != i:
         return
     chosen = state.partner[i]
-    if chosen < 0 or index(model.boundary, chosen) != j:
+    if chosen < 0 or model.boundary.index(chosen) != j:
         state.partner[j] = LAMBDA
         enqueue(state, calendar, j)
 
@@ -105,17 +104,17 @@ def release(model, state, calendar, i, held):
 def pair_up(model, state, calendar, i, ref, event_time):
     """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
-    j = index(model.boundary, ref)
+    j = model.boundary.index(ref)
     third_party = state.partner[j]
     if third_party >= 0:
-        m = index(model.boundary, third_party)
+        m = model.boundary.index(third_party)
         if m != i:
             state.partner[m] = LAMBDA
             insert(calendar, m, np.float64(rows[j].event_time))
     rows[i].event_time = event_time
     rows[j].event_time = event_time
     state.partner[i] = ref
-    state.partner[j] = mirror(model.boundary, i, ref)
+    state.partner[j] = model.boundary.mirror(i, ref)
 
 
 def enqueue(state, calendar, i):
@@ -138,7 +137,7 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
     if ref < 0:
         return
     rows = state.rows
-    j = index(model.boundary, ref)
+    j = model.boundary.index(ref)
     event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
     if event_time < rows[i].event_time and event_time <= rows[j].event_time:
         held = state.partner[i]
@@ -157,7 +156,7 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     held_time = rows[i].event_time
     j = 0
     if held >= 0:
-        j = index(model.boundary, held)
+        j = model.boundary.index(held)
         rows[j].event_time = NEVER
         state.partner[j] = LAMBDA
         state.partner[i] = LAMBDA

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import optional
-from carom.engine.boundary import count_images, separation
+from carom.engine.boundary import count_images
 from carom.models.mathematics.parabolas import leaving
 from carom.models.motions.shear import Sheared, tilt_at
 from carom.models.questions.motion import exit_time, position, velocity
@@ -56,7 +56,7 @@ def relative_to(motion, boundary, i, ref, me, other, now):
     for axis in range(len(boundary.edges)):
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(boundary, i, ref, axis, y - x)
+        r = boundary.separation(i, ref, axis, y - x)
         # As the search does, whatever the rows hold: in double precision.
         v = np.float64(velocity(motion, axis, other.v[axis], now - other.t)) - np.float64(
             velocity(motion, axis, me.v[axis], now - me.t)
@@ -84,7 +84,7 @@ def candidate_relative_to(motion, boundary, i, ref, me, block, k, now):
             block[dimension + 1 + axis, k],
             elapsed,
         )
-        r = separation(boundary, i, ref, axis, y - x)
+        r = boundary.separation(i, ref, axis, y - x)
         v = velocity(motion, axis, block[dimension + 1 + axis, k], elapsed) - velocity(
             motion, axis, me.v[axis], now - me.t
         )
@@ -97,7 +97,7 @@ def candidate_relative_to(motion, boundary, i, ref, me, block, k, now):
 @optional
 def contact_vector(motion, boundary, i, ref, axis, me, other, now):
     """Return a coordinate of the image relative to i, where the old events of both are those of now."""
-    return separation(boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+    return boundary.separation(i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
 
 
 @optional
@@ -134,7 +134,7 @@ def _velocity_at_of_sheared(motion: Sheared, axis, v, t):
 def _apart(motion, boundary, i, ref, axis, me, other, now):
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
     y = position_at(motion, axis, other.x, other.v, now - other.t, now)
-    return separation(boundary, i, ref, axis, y - x)
+    return boundary.separation(i, ref, axis, y - x)
 
 
 @relative_to.register
@@ -164,7 +164,7 @@ def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
     speed = np.float64(block[dimension + 1 + axis, k])
     if axis == 0:
         speed -= tilt_at(motion, now) * block[dimension + 2, k]
-    return separation(boundary, i, ref, axis, block[axis, k] + speed * elapsed - x)
+    return boundary.separation(i, ref, axis, block[axis, k] + speed * elapsed - x)
 
 
 @candidate_relative_to.register
@@ -190,12 +190,12 @@ def _candidate_relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, blo
 
 def _gradient_apart(boundary, i, ref, me, other):
     difference = np.float64(other.x[GRADIENT]) - np.float64(me.x[GRADIENT])
-    return separation(boundary, i, ref, 1, difference)
+    return boundary.separation(i, ref, 1, difference)
 
 
 @contact_vector.register
 def _contact_vector_of_sheared(motion: Sheared, boundary, i, ref, axis, me, other, now):
-    r = separation(boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+    r = boundary.separation(i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
     if axis == 0:
         r += tilt_at(motion, now) * _gradient_apart(boundary, i, ref, me, other)
     return r

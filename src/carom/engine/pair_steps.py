@@ -13,45 +13,10 @@ import numpy as np
 
 from carom.compiling.lanes import asked_of
 from carom.compiling.registry import answering, optional, required
-from carom.engine.boundary import (
-    NearestImage,
-    SectorImage,
-    in_box,
-    index,
-    index_bits,
-    lasting,
-    mirror,
-    separation,
-)
+from carom.engine.boundary import NearestImage
 from carom.errors import CaromError
-from carom.models.questions.interaction import contact_time, interaction_time, jump
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import CORE, step_bits, step_core_square, step_jump, step_time
-
-
-@optional
-def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
-    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
-
-
-@optional
-def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-    return contact_time(pair, i, index(boundary, ref), rr, rv, vv, now)
-
-
-@optional
-def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
-    """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
-    a, b, virial = jump(pair, i, index(boundary, ref), rr, rv, now)
-    return a, b, virial, CORE, 0, 0
-
-
-@optional
-def logged(boundary, ref, kind):
-    """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
-    return ref
+from carom.models.questions.steps import step_bits, step_core_square, step_jump, step_time
 
 
 @required
@@ -64,27 +29,30 @@ def step_of(boundary, ref):
     return int(ref) & ((1 << boundary.bits) - 1)
 
 
-@answering(mirror, candidate_time, refined_time, outcome, logged)
-class SteppedImage(NamedTuple):
+class SteppedImage(NearestImage):
     """A :class:`NearestImage` whose words name steps of pairs."""
 
-    edges: tuple  # edges of the box [length]
-    inverse: tuple  # their inverses
     bits: int  # low bits of a word that hold the step
+
+    def index(self, ref):
+        return int(ref) >> self.bits
+
+    def index_bits(self):
+        return self.bits
 
     def mirror(self, i, ref):
         return (i << self.bits) | step_of(self, ref)
 
     def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-        j, step = index(self, ref), step_of(self, ref)
+        j, step = self.index(ref), step_of(self, ref)
         return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
     def refined_time(self, pair, i, ref, rr, rv, vv, now):
-        t = step_time(pair, i, index(self, ref), step_of(self, ref), rr, rv, vv, now)
+        t = step_time(pair, i, self.index(ref), step_of(self, ref), rr, rv, vv, now)
         return t if t < NEVER else max(-rv / vv, 0.0), False
 
     def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
-        j = index(self, ref)
+        j = self.index(ref)
         before = step_of(self, ref)
         a, b, virial, step, kind = step_jump(pair, i, j, before, rr, rv, now)
         if step != before:
@@ -95,17 +63,7 @@ class SteppedImage(NamedTuple):
         return a, b, virial, kind, before, step
 
     def logged(self, ref, kind):
-        return (index(self, ref) << self.bits) | kind
-
-
-for _question, _like in (
-    (index, SectorImage),
-    (index_bits, SectorImage),
-    (lasting, NearestImage),
-    (separation, NearestImage),
-    (in_box, NearestImage),
-):
-    _question.register(SteppedImage)(_question.registry[_like])
+        return (self.index(ref) << self.bits) | kind
 
 
 @optional

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from carom.compiling.registry import required
 from carom.engine.advance import advance
-from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
 from carom.engine.neighbors.bounds import start
 from carom.engine.neighbors.lists import Lists
@@ -45,7 +44,7 @@ def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
 
 def recount_word(neighbors, rules, boundary, i, ref, was):
     """Do so for the one that a word names."""
-    j = index(boundary, ref)
+    j = boundary.index(ref)
     recount(rules, i, j, step_of(boundary, ref), was)
     if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
         put_step(neighbors, i, j, 0)
@@ -87,7 +86,7 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     fill_event(rules, 0, cause, mine, j, time)
     fill_event(rules, 1, cause, yours, i, time)
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, ref, axis, other.x[axis] - me.x[axis])
+        r = model.boundary.separation(i, ref, axis, other.x[axis] - me.x[axis])
         place_other(rules, 0, axis, r, other.v[axis])
         place_other(rules, 1, axis, -r, me.v[axis])
     if mine >= 0:
@@ -132,7 +131,7 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
         far = state.rows[other]
         for axis in range(len(model.boundary.edges)):
             x = position(model.motion, axis, far.x[axis], far.v[axis], now - far.t)
-            r = separation(model.boundary, i, ref, axis, x - me.x[axis])
+            r = model.boundary.separation(i, ref, axis, x - me.x[axis])
             place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
     call_rule(rules.rule, rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)

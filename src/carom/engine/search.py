@@ -8,12 +8,11 @@ import numpy as np
 
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
 from carom.compiling.registry import fast, optional
-from carom.engine.boundary import index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.pair_steps import candidate_time, refined_time, step_of
+from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import step_core_square
@@ -36,7 +35,7 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     first_lane = block_half * WIDTH
     block, keys = candidate_block(state.rows)
     dimension = len(model.boundary.edges)
-    bits = index_bits(model.boundary)
+    bits = model.boundary.index_bits()
     best = NO_CANDIDATE
     chosen = -1
     for start in range(0, count, WIDTH):
@@ -56,8 +55,8 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
                 number = k + lane
                 rr, rv, vv = candidate_relative_to(model.motion, model.boundary, i, ref, me, block, k, now)
                 lane_index = first_lane + number
-                t = candidate_time(
-                    model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
+                t = model.boundary.candidate_time(
+                    model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
                 )
                 eligible = block[2 * dimension + 1, k] >= now + t
                 eligible &= ref != avoided
@@ -123,7 +122,7 @@ class FromCache(NamedTuple):
 
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
-    other = state.rows[index(model.boundary, ref)]
+    other = state.rows[model.boundary.index(ref)]
     return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
 
 
@@ -131,7 +130,7 @@ def relative(model, state, i, ref, now):
 def contact_time_of(timing, model, state, i, ref, now, t):
     """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
     rr, rv, vv = relative(model, state, i, ref, now)
-    t, clamped = refined_time(model.boundary, model.pair, i, ref, rr, rv, vv, now)
+    t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, now)
     return now + t, clamped
 
 
@@ -152,12 +151,12 @@ def start_before(square, vv, event_time):
 def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
     rows = state.rows
     event_time = now + t
-    then = max(np.float64(rows[i].t), np.float64(rows[index(model.boundary, ref)].t))
+    then = max(np.float64(rows[i].t), np.float64(rows[model.boundary.index(ref)].t))
     rr, rv, vv = relative(model, state, i, ref, then)
     if (event_time - then) * (event_time - then) * vv > timing.square:
         then = start_before(timing.square, vv, event_time)
         rr, rv, vv = relative(model, state, i, ref, then)
-    t, clamped = refined_time(model.boundary, model.pair, i, ref, rr, rv, vv, then)
+    t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, then)
     return max(then + t, now), clamped
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from carom.compiling.entry import entry
 from carom.compiling.registry import answering
-from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.observers import interface
 from carom.engine.observers.interface import count_pair, is_full, record
@@ -199,6 +198,6 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
         else:
             tally.collisions += 1
             tally.virial += entry.virial
-            count_pair(observers, i, index(boundary, ref), entry.virial)
+            count_pair(observers, i, boundary.index(ref), entry.virial)
         record(observers, clock[0], i, ref, impulse)
     return True

@@ -50,7 +50,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     model, neighbors = engine.model, engine.neighbors
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
-    if not isinstance(model.boundary, NearestImage) or not isinstance(model.timing, FromRows):
+    if type(model.boundary) is not NearestImage or not isinstance(model.timing, FromRows):
         return "its small box, or its steps of pairs"
     if hasattr(model.pair, "rates"):
         return "its growing diameters"

@@ -9,7 +9,6 @@ those, a straggler, rolls the window back (:mod:`.rollback`).
 from __future__ import annotations
 
 from carom.compiling.instructions import load, take, yield_thread
-from carom.engine.boundary import index
 from carom.engine.calendar import pop, safe_to_process, should_return, time_of
 from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
 from carom.engine.domains.lp_state import (
@@ -102,7 +101,7 @@ def borders_of(calendar, state, boundary, i):
     mask = mask_of(calendar, i)
     ref = state.partner[i]
     if ref >= 0 and not leaves_first(state, i):
-        mask |= mask_of(calendar, index(boundary, ref))
+        mask |= mask_of(calendar, boundary.index(ref))
     return mask & BORDERS
 
 

@@ -20,7 +20,6 @@ import numpy as np
 
 from carom.compiling.registry import answering
 from carom.engine import search
-from carom.engine.boundary import separation
 from carom.engine.constants import LAMBDA
 from carom.engine.neighbors import interface
 from carom.engine.neighbors.contact_cache import (
@@ -250,7 +249,7 @@ def approach(everybody, model, state, i, j, now, at_plane):
     for axis in range(len(everybody.inverse)):
         x = position(model.motion, axis, me.x[axis], me.v[axis], at_plane - me.t)
         y = position(model.motion, axis, other.x[axis], other.v[axis], at_plane - other.t)
-        r = separation(model.boundary, i, j, axis, y - x)
+        r = model.boundary.separation(i, j, axis, y - x)
         v = np.float64(other.v[axis]) - np.float64(me.v[axis])
         rv += r * v
         vv += v * v

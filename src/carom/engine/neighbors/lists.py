@@ -17,7 +17,6 @@ from carom.compiling.instructions import prefetch, prefetch_now
 from carom.compiling.lanes import LANES, copy_words, pack
 from carom.compiling.registry import answering, cold
 from carom.engine import pair_steps
-from carom.engine.boundary import index
 from carom.engine.lattice import position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
 from carom.engine.neighbors.bounds import (
@@ -117,7 +116,7 @@ class Lists(NamedTuple):
         component = i
         ref = state.partner[i]
         if ref >= 0:
-            j = index(boundary, ref)
+            j = boundary.index(ref)
             if step == 1:
                 prefetch(state.rows, j)
                 prefetch(state.crossing_time, j)
@@ -129,7 +128,7 @@ class Lists(NamedTuple):
 
     def prefetch_first(self, boundary, state, i):
         ref = state.partner[i]
-        j = index(boundary, ref) if ref >= 0 else i
+        j = boundary.index(ref) if ref >= 0 else i
         for component in (i, j):
             start_index = start(self.bounds, component)
             prefetch_now(state.rows, component)

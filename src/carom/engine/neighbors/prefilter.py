@@ -143,14 +143,14 @@ def next_planes(everybody, shift, first_time):
             for axis in range(dimension - 1):
                 # Each number is wrapped at once: only then does the compiler see that 16 bits will do.
                 coordinate = wrap(int(paths[2 * axis * BLOCK + lane]) + shift)
-                step = paths[(2 * axis + 1) * BLOCK + lane]
+                step = int(paths[(2 * axis + 1) * BLOCK + lane])
                 for _ in range(k):
                     coordinate = wrap(int(coordinate) + step)
                 largest = coordinate if coordinate > largest else largest
             least = largest if largest < least else least
         for axis in range(dimension - 1):
             coordinate = wrap(int(paths[2 * axis * BLOCK + lane]) + shift)
-            step = paths[(2 * axis + 1) * BLOCK + lane]
+            step = int(paths[(2 * axis + 1) * BLOCK + lane])
             for _ in range(PLANES):
                 coordinate = wrap(int(coordinate) + step)
             paths[2 * axis * BLOCK + lane] = coordinate
@@ -204,7 +204,7 @@ def prefilter(everybody, elapsed, covered, position_error, start):
     if half >= HALF:
         return wrap(ALL)
     lay_paths(everybody, np.float32(elapsed), np.float32(range_edges), start)
-    next_planes(everybody, wrap(half), wrap(ALL))
+    next_planes(everybody, half, wrap(ALL))
     for _ in range(PLANES, most, PLANES):
-        next_planes(everybody, wrap(0), wrap(0))
+        next_planes(everybody, 0, wrap(0))
     return wrap(2 * half)

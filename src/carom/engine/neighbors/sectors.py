@@ -12,7 +12,6 @@ import numpy as np
 from carom.compiling.instructions import prefetch
 from carom.compiling.lanes import LANES, copy_words, replace_words
 from carom.compiling.registry import answering
-from carom.engine.boundary import index, index_bits, mirror, separation
 from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
@@ -309,7 +308,7 @@ def copy_all_members(sectors, boundary, cell, code, total):
 
 def copy_code(sectors, boundary, cell, start, code, total):
     """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
-    bits = index_bits(boundary)
+    bits = boundary.index_bits()
     code = code if bits > 0 else 0
     copy_words(sectors.members, cell, start, sectors.refs, total, bits, code)
 
@@ -364,7 +363,7 @@ def prefetch_around(sectors, state, i, cell, step):
 
 def prefetch_both(sectors, motion, boundary, state, i, ref, step):
     """Ask for what the collision of component i with the one that ``ref`` names will touch."""
-    j = index(boundary, ref)
+    j = boundary.index(ref)
     if step == 1:
         prefetch_sector(sectors, sector_of(sectors, i))
         prefetch(state.rows, j)
@@ -374,19 +373,19 @@ def prefetch_both(sectors, motion, boundary, state, i, ref, step):
     if step == 2:
         prefetch_sector(sectors, sector_of(sectors, j))
     prefetch_after(sectors, motion, boundary, state, i, ref, step)
-    prefetch_after(sectors, motion, boundary, state, j, mirror(boundary, i, ref), step)
+    prefetch_after(sectors, motion, boundary, state, j, boundary.mirror(i, ref), step)
 
 
 def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     """Ask for the sectors, or members, around i after its collision with ``ref``, as if of one mass."""
-    me, other = state.rows[i], state.rows[index(boundary, ref)]
+    me, other = state.rows[i], state.rows[boundary.index(ref)]
     now = me.event_time
     rr = 0.0
     rv = 0.0
     for axis in range(len(sectors.sides)):
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(boundary, i, ref, axis, y - x)
+        r = boundary.separation(i, ref, axis, y - x)
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     factor = rv / rr
@@ -396,7 +395,7 @@ def prefetch_after(sectors, motion, boundary, state, i, ref, step):
         axis = len(sectors.sides) - 1 - back
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        v = me.v[axis] + factor * separation(boundary, i, ref, axis, y - x)
+        v = me.v[axis] + factor * boundary.separation(i, ref, axis, y - x)
         cell += scale * best_cell(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]
     prefetch_around(sectors, state, i, cell, step - 1)

@@ -14,7 +14,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answering
-from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
 from carom.models.questions.interaction import mass
@@ -79,7 +78,7 @@ class Currents(NamedTuple):
         )
         d = len(model.boundary.edges)
         for p in range(d):
-            x = separation(model.boundary, i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+            x = model.boundary.separation(i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
             r[p] = x
             v[p] = np.float64(me.v[p]) - currents.drift[p]
             w[p] = np.float64(other.v[p]) - currents.drift[p]

@@ -9,7 +9,6 @@ import numpy as np
 
 from carom.compiling import registry
 from carom.compiling.registry import answering
-from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
@@ -37,7 +36,7 @@ class Own(NamedTuple):
         _write(self, state, event.j, self.before, 1)
         for axis in range(len(model.boundary.edges)):
             x = self.x[1, axis] - self.x[0, axis]
-            self.r[axis] = separation(model.boundary, event.i, event.ref, axis, x)
+            self.r[axis] = model.boundary.separation(event.i, event.ref, axis, x)
 
     def after_pair(self, model, state, event):
         _write(self, state, event.i, self.after, 0)

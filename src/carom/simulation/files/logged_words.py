@@ -78,7 +78,7 @@ class Words:
         if self.listed is not None:
             ref = self.listed.words[i].get(j)
             return int(fresh_word(self.listed.steps, i, j)) if ref is None else ref
-        if isinstance(self.boundary, NearestImage):
+        if type(self.boundary) is NearestImage:
             return j
         rows = [copy.deepcopy(state.rows[k]) for k in (i, j)]
         for k in range(2):
