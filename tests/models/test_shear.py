@@ -16,7 +16,6 @@ from helpers.sheared import Naive
 import carom
 from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors import grid
-from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
@@ -181,7 +180,7 @@ def near_in_window(sim):
     best = np.divide(-apart[..., 0], up, out=np.zeros_like(up), where=up != 0.0)
     best = np.clip(best, middle - half, middle + half)
     square = (apart[..., 0] + best * up) ** 2 + (apart[..., 1:] ** 2).sum(axis=-1)
-    within = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
+    within = np.array([[lists.bounds.list_range_sq(i, j) for j in range(n)] for i in range(n)])
     return {(i, j) for i, j in np.argwhere(square <= within).tolist() if i < j}
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from carom.compiling.registry import required
 from carom.engine.advance import advance
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.neighbors.bounds import start
 from carom.engine.neighbors.lists import Lists
 from carom.engine.observers.interface import gain, record
 from carom.engine.pair_steps import put_step, step_of
@@ -37,7 +36,7 @@ def recount_listed(neighbors, rules, boundary, i, was):
 
 @recount_listed.register
 def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
-    start_index = start(neighbors.bounds, i)
+    start_index = neighbors.bounds.start(i)
     for k in range(start_index, start_index + neighbors.counts[i]):
         recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
 

@@ -21,14 +21,6 @@ from carom.engine.lattice import position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
 from carom.engine.neighbors.bounds import (
     EqualBounds,
-    class_count,
-    list_range_sq,
-    list_range_sq_found,
-    max_range_sq,
-    pack_bounds,
-    size_class,
-    skin_at,
-    start,
 )
 from carom.engine.neighbors.grid import (
     Grid,
@@ -73,11 +65,11 @@ class Lists(NamedTuple):
     window: Any  # tilts of the lattice that the lists are for (:mod:`.grid`), or None where none tilts
 
     def candidates(self, boundary, i, half):
-        return self.refs, start(self.bounds, i), self.counts[i]
+        return self.refs, self.bounds.start(i), self.counts[i]
 
     def transit_time(self, motion, boundary, state, i, now):
         me = state.rows[i]
-        slack, rate = skin_at(self.bounds, i, now)
+        slack, rate = self.bounds.skin_at(i, now)
         rr = 0.0
         b = slack * rate
         v_sq = 0.0
@@ -130,7 +122,7 @@ class Lists(NamedTuple):
         ref = state.partner[i]
         j = boundary.index(ref) if ref >= 0 else i
         for component in (i, j):
-            start_index = start(self.bounds, component)
+            start_index = self.bounds.start(component)
             prefetch_now(state.rows, component)
             prefetch_now(self.refs, start_index)
             prefetch_now(self.refs, start_index + 13)
@@ -145,7 +137,7 @@ class Lists(NamedTuple):
         self.counts[:] = 0
         self.refs[:] = fresh_word(self.steps, 0, len(self.counts))
         for i in range(len(state.partner)):
-            own_class = size_class(self.bounds, i)
+            own_class = self.bounds.size_class(i)
             new_point = reference_of(self, motion, state, i, now)
             total = gather_cells(self, i, new_point, False, new_point)
             flag_in_range(self, i, total, new_point, False, new_point)
@@ -156,7 +148,7 @@ class Lists(NamedTuple):
         return True
 
     def put_step(self, i, j, step):
-        start_index = start(self.bounds, i)
+        start_index = self.bounds.start(i)
         for k in range(start_index, start_index + self.counts[i]):
             if named(self.steps, self.refs[k]) == j:
                 self.refs[k] = stepped_word(self.steps, j, step)
@@ -215,7 +207,7 @@ def root_above(x):
 
 def unlink(lists, i, j):
     """Remove j from the list of i."""
-    start_index = start(lists.bounds, i)
+    start_index = lists.bounds.start(i)
     count = lists.counts[i] - 1
     last = start_index + count
     for k in range(start_index, last):
@@ -229,13 +221,13 @@ def unlink(lists, i, j):
 def listed_fully(lists, i):
     """Return whether the list of i is full."""
     count = lists.counts[i]
-    return start(lists.bounds, i) + count == start(lists.bounds, i + 1)
+    return lists.bounds.start(i) + count == lists.bounds.start(i + 1)
 
 
 def link(lists, i, j):
     """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
-    lists.refs[start(lists.bounds, i) + count] = fresh_word(lists.steps, i, j)
+    lists.refs[lists.bounds.start(i) + count] = fresh_word(lists.steps, i, j)
     lists.counts[i] = count + 1
 
 
@@ -287,15 +279,15 @@ def rebuild_list(lists, motion, state, i, now):
     nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
     new_point = reference_of(lists, motion, state, i, now)
-    own_class = size_class(lists.bounds, i)
+    own_class = lists.bounds.size_class(i)
     leave_cell(lists, cell_of(lists, own_class, old), me)
-    start_index = start(lists.bounds, i)
+    start_index = lists.bounds.start(i)
     end = start_index + lists.counts[i]
     kept_end = start_index
     for k in range(start_index, end):
         ref = lists.refs[k]
         j = named(lists.steps, ref)
-        if distance_sq(lists, new_point, lists.reference[j]) <= list_range_sq(lists.bounds, i, j):
+        if distance_sq(lists, new_point, lists.reference[j]) <= lists.bounds.list_range_sq(i, j):
             lists.refs[kept_end] = ref
             kept_end += 1
         else:
@@ -318,10 +310,10 @@ def gather_cells(lists, i, point, moved, old):
     mispredicted.
     """
     total = 0
-    own_class = size_class(lists.bounds, i)
-    for other in range(class_count(lists.bounds)):
+    own_class = lists.bounds.size_class(i)
+    for other in range(lists.bounds.class_count()):
         half, count = cells_near(
-            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), moved, old
+            lists, own_class, other, point, lists.bounds.max_range_sq(i, other), moved, old
         )
         for k in range(count):
             cell = lists.grid.neighbor_cells[half, k]
@@ -339,9 +331,9 @@ def flag_in_range(lists, i, total, point, moved, old):
     """
     for k in range(0, total, LANES):
         pack(lists.reference, lists.found, k, 0, lists.points, k)
-        pack_bounds(lists.bounds, lists.found, k, lists.sizes)
+        lists.bounds.pack_bounds(lists.found, k, lists.sizes)
     for k in range(total):
-        limit = list_range_sq_found(lists.bounds, i, k, lists.sizes)
+        limit = lists.bounds.list_range_sq_found(i, k, lists.sizes)
         in_range = distance_sq(lists, point, lists.points[k]) <= limit
         new = distance_sq(lists, old, lists.points[k]) > limit if moved else True
         lists.hits[k] = in_range & new
@@ -365,7 +357,7 @@ def link_flagged(lists, i, total):
 
 def prefetch_list(lists, i):
     """Ask for the list of component i."""
-    start_index = start(lists.bounds, i)
+    start_index = lists.bounds.start(i)
     prefetch(lists.refs, start_index)
     prefetch(lists.refs, start_index + 16)
     prefetch(lists.counts, i)
@@ -374,7 +366,7 @@ def prefetch_list(lists, i):
 
 def prefetch_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbors of component i."""
-    start_index = start(lists.bounds, i)
+    start_index = lists.bounds.start(i)
     for k in range(start_index, start_index + lists.counts[i]):
         prefetch(array, named(lists.steps, lists.refs[k]))
 
@@ -383,11 +375,11 @@ def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
     if step == 1:
         prefetch_listed(lists, lists.reference, i)
-    own_class, old = size_class(lists.bounds, i), lists.reference[i]
+    own_class, old = lists.bounds.size_class(i), lists.reference[i]
     point = reference_of(lists, motion, state, i, state.crossing_time[i])
-    for other in range(class_count(lists.bounds)):
+    for other in range(lists.bounds.class_count()):
         half, count = cells_near(
-            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), True, old
+            lists, own_class, other, point, lists.bounds.max_range_sq(i, other), True, old
         )
         for k in range(count):
             cell = lists.grid.neighbor_cells[half, k]
