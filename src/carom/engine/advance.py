@@ -7,7 +7,6 @@ import numpy as np
 from carom.compiling.entry import entry
 from carom.engine.boundary import count_images
 from carom.engine.lattice import position_at, velocity_at
-from carom.engine.neighbors.interface import on_wrap
 from carom.models.questions.motion import carry
 
 
@@ -23,7 +22,7 @@ def advance(model, state, neighbors, i, now):
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
             count_images(state.images, i, axis, crossings)
-            on_wrap(neighbors, i, axis, crossings)
+            neighbors.on_wrap(i, axis, crossings)
         old_event.x[axis] = x
         old_event.v[axis] = velocity_at(model.motion, axis, v0, t)
 

@@ -10,7 +10,6 @@ from carom.engine.advance import advance, into_next_epoch
 from carom.engine.constants import LAMBDA
 from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
-from carom.engine.neighbors.interface import must_renew
 from carom.engine.observers.interface import (
     PairEvent,
     after_pair,
@@ -98,7 +97,7 @@ def new_epoch(model, state, neighbors):
     clock.now = 0.0
     if remap(model.motion, state, model.boundary.edges, length):
         return True
-    if must_renew(neighbors, model.motion, length):
+    if neighbors.must_renew(model.motion, length):
         return True
     for i in range(len(state.partner)):
         retime(model.timing, model, state, i)

@@ -45,11 +45,10 @@ from carom.engine.events import (
     schedule_transit,
     start_over,
 )
-from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
-from carom.engine.neighbors.prefetch import leaves_first, prefetch_first
+from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
-from carom.engine.search import NO_REF, search
+from carom.engine.search import NO_REF
 from carom.models.questions.particles import NEVER
 
 
@@ -65,14 +64,14 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
     tally = tallies[0]
     n = len(partner)
     if start_index == 0:
-        if not build(neighbors, model.motion, model.boundary, state):
+        if not neighbors.build(model.motion, model.boundary, state):
             return False
         calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
         for i in range(n):
             rows[i].event_time = NEVER
             partner[i] = LAMBDA
     for i in range(start_index, end):
-        found = search(model, state, neighbors, i, now, 0, NO_REF)
+        found = neighbors.earliest_partner(model, state, i, now, 0, NO_REF)
         predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
         schedule_transit(model, state, neighbors, i, now)
     if end == n:
@@ -129,7 +128,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             if start >= clock.length:
                 if new_epoch(model, state, neighbors):
                     return NEEDS_EVENTS, cycles
-                begin_epoch(neighbors, model, state, tally)
+                neighbors.begin_epoch(model, state, tally)
                 start = 0.0
             earliest = fill_window(calendar, state, model.boundary, start, clock.length)
             if control.full != 0:
@@ -157,28 +156,28 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         leaves = leaves_first(state, i)
         clock.now = now
         if leaves:
-            done, refs, start_index, count = cross(neighbors, model.motion, model.boundary, state, i, now)
+            done, refs, start_index, count = neighbors.cross(model.motion, model.boundary, state, i, now)
             if not done:
                 return NEEDS_NEIGHBORS, cycles
             pop(calendar)
-            prefetch_first(neighbors, model.boundary, state, calendar.component[0])
+            neighbors.prefetch_first(model.boundary, state, calendar.component[0])
             tally.transits += 1
             schedule_transit(bare, state, neighbors, i, now)  # first, so that it does not wait for the search
             enqueue(state, calendar, i)
             if model.boundary.lasting():
-                found = earliest_newcomer(neighbors, bare, state, i, now, refs, start_index, count)
+                found = neighbors.earliest_newcomer(bare, state, i, now, refs, start_index, count)
                 offer_newcomer(bare, state, calendar, tally, i, now, found)
                 recheck_one_body(bare, state, calendar, i, now)
             else:
                 start_over(bare, state, neighbors, calendar, tally, i, now)
             continue
         pop(calendar)
-        prefetch_first(neighbors, model.boundary, state, calendar.component[0])
+        neighbors.prefetch_first(model.boundary, state, calendar.component[0])
         ref = state.partner[i]
         if ref < 0:
             happened = run_one_body(model, state, neighbors, i, ref, now)
             tally.advancements += not happened
-            found = search(bare, state, neighbors, i, now, 0, NO_REF)
+            found = neighbors.earliest_partner(bare, state, i, now, 0, NO_REF)
             predict(bare, state, neighbors, calendar, tally, i, now, NO_REF, found)
             if happened:
                 schedule_transit(bare, state, neighbors, i, now)
@@ -189,14 +188,14 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             ref = model.boundary.mirror(i, ref)
             i, j = j, i
         collide(model, state, neighbors, tally, i, ref, now)
-        rebin(neighbors, model.motion, model.boundary, state, i, now)
-        rebin(neighbors, model.motion, model.boundary, state, j, now)
+        neighbors.rebin(model.motion, model.boundary, state, i, now)
+        neighbors.rebin(model.motion, model.boundary, state, j, now)
         schedule_transit(bare, state, neighbors, i, now)
         schedule_transit(bare, state, neighbors, j, now)
         # Two searches that do not wait for each other.
-        found = search(bare, state, neighbors, i, now, 0, NO_REF)
+        found = neighbors.earliest_partner(bare, state, i, now, 0, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, found[0])
-        other = search(bare, state, neighbors, j, now, 1, NO_REF)
+        other = neighbors.earliest_partner(bare, state, j, now, 1, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, other[0])
         for _ in range(2):
             predict(bare, state, neighbors, calendar, tally, i, now, ref, found)

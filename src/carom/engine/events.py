@@ -7,9 +7,8 @@ import numpy as np
 from carom.compiling.registry import cold, optional
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, TIMER_EVENT
-from carom.engine.neighbors.interface import transit_time
 from carom.engine.one_body import event_in_view, retime_contact, schedule_one_body
-from carom.engine.search import NO_REF, FromRows, contact_time_of, search
+from carom.engine.search import NO_REF, FromRows, contact_time_of
 from carom.models.interactions.units import NO_AGENT
 from carom.models.questions.particles import NEVER
 
@@ -42,7 +41,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
         # The two have just met; or the other half of the collision took this candidate after the search.
         searched = True
         event_time = NEVER
-        ref, t = search(model, state, neighbors, i, now, 0, met if repeats else NO_REF)
+        ref, t = neighbors.earliest_partner(model, state, i, now, 0, met if repeats else NO_REF)
     if not schedule_one_body(model, state, i, now, event_time) and event_time < NEVER:
         pair_up(model, state, calendar, i, ref, event_time)
         tally.clamped += clamped
@@ -128,7 +127,7 @@ def enqueue(state, calendar, i):
 
 def schedule_transit(model, state, neighbors, i, now):
     """Find when component i leaves its sector (the paper's line 5): its row or its sector is a new one."""
-    state.crossing_time[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+    state.crossing_time[i] = neighbors.transit_time(model.motion, model.boundary, state, i, now)
 
 
 def offer_newcomer(model, state, calendar, tally, i, now, found):
@@ -160,7 +159,7 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
         rows[j].event_time = NEVER
         state.partner[j] = LAMBDA
         state.partner[i] = LAMBDA
-    found = search(model, state, neighbors, i, now, 0, NO_REF)
+    found = neighbors.earliest_partner(model, state, i, now, 0, NO_REF)
     predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
     if held >= 0 and state.partner[j] == LAMBDA and rows[j].event_time == NEVER:
         rows[j].event_time = held_time

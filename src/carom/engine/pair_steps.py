@@ -12,16 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import asked_of
-from carom.compiling.registry import answering, optional, required
+from carom.compiling.registry import answering, optional
 from carom.engine.boundary import NearestImage
 from carom.errors import CaromError
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import step_bits, step_core_square, step_jump, step_time
-
-
-@required
-def put_step(neighbors, i, j, step):
-    """Write into the list of i that it and j are on another step."""
 
 
 def step_of(boundary, ref):
@@ -56,8 +51,8 @@ class SteppedImage(NearestImage):
         before = step_of(self, ref)
         a, b, virial, step, kind = step_jump(pair, i, j, before, rr, rv, now)
         if step != before:
-            put_step(neighbors, i, j, step)
-            put_step(neighbors, j, i, step)
+            neighbors.put_step(i, j, step)
+            neighbors.put_step(j, i, step)
         pair.events[before, kind] += 1
         tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
         return a, b, virial, kind, before, step

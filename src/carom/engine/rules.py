@@ -6,12 +6,10 @@ the partner TIMER_EVENT). A queue tells units of such a change: each gets an eve
 
 from __future__ import annotations
 
-from carom.compiling.registry import required
 from carom.engine.advance import advance
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.neighbors.lists import Lists
 from carom.engine.observers.interface import gain, record
-from carom.engine.pair_steps import put_step, step_of
+from carom.engine.pair_steps import step_of
 from carom.models.interactions.units import (
     ENTERED,
     LEFT,
@@ -29,25 +27,13 @@ from carom.models.questions.motion import position, velocity
 from carom.models.questions.steps import IN
 
 
-@required
-def recount_listed(neighbors, rules, boundary, i, was):
-    """Bring the counters of unit i, which was of the kind ``was``, and of all listed with it up to date."""
-
-
-@recount_listed.register
-def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
-    start_index = neighbors.bounds.start(i)
-    for k in range(start_index, start_index + neighbors.counts[i]):
-        recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
-
-
 def recount_word(neighbors, rules, boundary, i, ref, was):
     """Do so for the one that a word names."""
     j = boundary.index(ref)
     recount(rules, i, j, step_of(boundary, ref), was)
     if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
-        put_step(neighbors, i, j, 0)
-        put_step(neighbors, j, i, 0)
+        neighbors.put_step(i, j, 0)
+        neighbors.put_step(j, i, 0)
 
 
 def _settle(rules, model, state, neighbors, slot, i, now):
@@ -63,7 +49,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
         after += me.v[axis] * me.v[axis]
     gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
     if was != NO_AGENT:
-        recount_listed(neighbors, rules, model.boundary, i, was)
+        neighbors.recount_listed(rules, model.boundary, i, was)
 
 
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):

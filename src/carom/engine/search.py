@@ -9,9 +9,6 @@ import numpy as np
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
 from carom.compiling.registry import fast, optional
 from carom.engine.lattice import candidate_relative_to, relative_to
-from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
-from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.sectors import Sectors
 from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.particles import NEVER
@@ -69,24 +66,6 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
             best = earliest
             chosen = refs[start_index + start + (earliest & (WIDTH - 1))]
     return chosen, (best & ~(WIDTH - 1)).view(np.float64)
-
-
-def search(model, state, neighbors, i, now, block_half, avoided):
-    """Search among all that i can meet, under any word but ``avoided``."""
-    return earliest_partner(neighbors, model, state, i, now, block_half, avoided)
-
-
-@earliest_partner.register(Sectors)
-@earliest_partner.register(Lists)
-def _earliest_partner_of_listed(neighbors, model, state, i, now, block_half, avoided):
-    refs, start_index, count = candidates(neighbors, model.boundary, i, block_half)
-    return nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
-
-
-@earliest_newcomer.register(Sectors)
-@earliest_newcomer.register(Lists)
-def _earliest_newcomer_of_listed(neighbors, model, state, i, now, refs, start_index, count):
-    return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
 
 class FromRows(NamedTuple):

@@ -16,7 +16,7 @@ from carom.engine.calendar import (
     publish_time,
     time_of,
 )
-from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES, prefetch_layer
+from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES
 from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
 from carom.models.questions.particles import NEVER
 
@@ -102,7 +102,7 @@ def prefetch_bucket(calendar, state, bucket):
     if bucket < buckets_in_window(calendar) and calendar.flags[bucket] != 0:
         for k in range(buckets[bucket, 0]):
             i = buckets[bucket, k + 2]
-            prefetch_layer(calendar.neighbors, i)
+            calendar.neighbors.prefetch_layer(i)
             prefetch(state.rows, i)
             prefetch(state.crossing_time, i)
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.instructions import store
-from carom.engine.domains.decomposition import PATCHES, layer_of
+from carom.engine.domains.decomposition import PATCHES
 
 MOST_MESSAGES = 256
 """Messages that may be on their way to a process from one side; a power of two."""
@@ -119,12 +119,12 @@ class LpQueue(NamedTuple):
 
 def mask_of(calendar, i):
     """Return what the layer of component i is to this process."""
-    return calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)]
+    return calendar.mask[calendar.neighbors.layer_of(i, calendar.lp[0].axis)]
 
 
 def row_of(calendar, i, k):
     """Return the row of patches that component i is in, along the k-th axis of a border."""
-    return calendar.rows[k, layer_of(calendar.neighbors, i, calendar.along[k])]
+    return calendar.rows[k, calendar.neighbors.layer_of(i, calendar.along[k])]
 
 
 def patch_at(calendar, side, process, patch_row, column):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from carom.compiling.instructions import load, take, yield_thread
 from carom.engine.calendar import pop, safe_to_process, should_return, time_of
-from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
+from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layers_apart
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
     INTERIOR,
@@ -78,7 +78,7 @@ def around(k, count):
 def near_to(calendar, history, k, i):
     """Return whether component i is near the k-th event that is remembered."""
     for axis in range(len(calendar.layers)):
-        layer = layer_of(calendar.neighbors, i, axis)
+        layer = calendar.neighbors.layer_of(i, axis)
         if (
             layers_apart(layer, int(history[k, PLACE + axis]), calendar.layers[axis])
             > calendar.conflict_range[axis]
@@ -93,7 +93,7 @@ def record_history(calendar, history, k, i, now, local_time):
     history[k, LATEST] = local_time
     history[k, WHOSE] = calendar.lp[0].me
     for axis in range(len(calendar.layers)):
-        history[k, PLACE + axis] = layer_of(calendar.neighbors, i, axis)
+        history[k, PLACE + axis] = calendar.neighbors.layer_of(i, axis)
 
 
 def borders_of(calendar, state, boundary, i):

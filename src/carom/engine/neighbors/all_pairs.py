@@ -18,10 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering
+from carom.compiling.registry import answering, cold
 from carom.engine import search
 from carom.engine.constants import LAMBDA
-from carom.engine.neighbors import interface
 from carom.engine.neighbors.contact_cache import (
     STALE,
     Contacts,
@@ -31,7 +30,7 @@ from carom.engine.neighbors.contact_cache import (
     keep,
     make_contacts,
 )
-from carom.engine.neighbors.interface import cross, transit_time
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
 from carom.engine.search import contact_time_of, relative
 from carom.engine.state import aligned
@@ -50,8 +49,7 @@ sqrt(2) diameters away, must be the one that is met.
 """
 
 
-@answering(interface)
-class Everybody(NamedTuple):
+class Everybody(NeighborScheme):
     """All components, side by side."""
 
     span: float
@@ -128,7 +126,7 @@ class Everybody(NamedTuple):
             # An advancement now for whom contacts found no room: it looks at all by itself.
             rows[i].event_time = NEVER if self.contacts.first_dropped[i] == NEVER else 0.0
             state.partner[i] = LAMBDA
-            state.crossing_time[i] = transit_time(self, model.motion, model.boundary, state, i, 0.0)
+            state.crossing_time[i] = self.transit_time(model.motion, model.boundary, state, i, 0.0)
         # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
         changed = True
         while changed:
@@ -136,9 +134,13 @@ class Everybody(NamedTuple):
             for i in range(n):
                 changed |= choose(self, model, state, tally, i)
 
+    @cold
     def build(self, motion, boundary, state):
         self.lined_up_epoch[0] = -1
         return True
+
+    def cross(self, motion, boundary, state, i, now):
+        return True, self.names, 0, 0
 
 
 def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
@@ -166,8 +168,7 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
     )
 
 
-@answering(interface)
-class Pairs(NamedTuple):
+class Pairs(NeighborScheme):
     """Nothing but the time that a search covers, and the names of all."""
 
     span: float  # time that a search covers
@@ -182,8 +183,12 @@ class Pairs(NamedTuple):
     def transit_time(self, motion, boundary, state, i, now):
         return now + self.span
 
+    @cold
     def build(self, motion, boundary, state):
         return True
+
+    def cross(self, motion, boundary, state, i, now):
+        return True, self.names, 0, 0
 
 
 @answering(search)
@@ -342,11 +347,6 @@ def search_everybody(everybody, model, state, now):
         clear(everybody.contacts, i)
     for i in range(len(everybody.start_times)):
         search_all(everybody, model, state, i, now, i, -1)
-
-
-@cross.register
-def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
-    return True, neighbors.names, 0, 0
 
 
 def choose(everybody, model, state, tally, i):

@@ -9,16 +9,14 @@ largest.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from carom.compiling.instructions import prefetch, prefetch_now
 from carom.compiling.lanes import LANES, copy_words, pack
-from carom.compiling.registry import answering, cold
-from carom.engine import pair_steps
+from carom.compiling.registry import cold
 from carom.engine.lattice import position_at
-from carom.engine.neighbors import interface, prefetch as prefetching
 from carom.engine.neighbors.bounds import (
     EqualBounds,
 )
@@ -30,18 +28,22 @@ from carom.engine.neighbors.grid import (
     coordinate_bits,
     ends_with,
     from_reference,
+    grid_coordinate,
     least_difference,
     open_window,
     speed_from_reference,
 )
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
+from carom.engine.rules import recount_word
 from carom.engine.state import aligned, filled
 from carom.models.questions.particles import NEVER
 
+FINE = 12  # layers across a box, which workers share, are two to this power
 
-@answering(interface, pair_steps, prefetching)
-class Lists(NamedTuple):
+
+class Lists(NeighborScheme):
     """Components by neighbor."""
 
     bounds: Any  # EqualBounds or UnequalBounds
@@ -128,6 +130,7 @@ class Lists(NamedTuple):
             prefetch_now(self.refs, start_index + 13)
             prefetch_now(self.reference, component)
 
+    @cold
     def build(self, motion, boundary, state):
         if standing(self.steps):
             return True
@@ -153,6 +156,17 @@ class Lists(NamedTuple):
             if named(self.steps, self.refs[k]) == j:
                 self.refs[k] = stepped_word(self.steps, j, step)
                 break
+
+    def recount_listed(self, rules, boundary, i, was):
+        start_index = self.bounds.start(i)
+        for k in range(start_index, start_index + self.counts[i]):
+            recount_word(self, rules, boundary, i, self.refs[k], was)
+
+    def layer_of(self, i, axis):
+        return grid_coordinate(self, self.reference[i], axis) >> (bits(self) - FINE)
+
+    def prefetch_layer(self, i):
+        prefetch(self.reference, i)
 
 
 def make_lists(

@@ -5,15 +5,13 @@ Elsewhere a cell list (CellList).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from carom.compiling.instructions import prefetch
 from carom.compiling.lanes import LANES, copy_words, replace_words
-from carom.compiling.registry import answering
+from carom.compiling.registry import cold
 from carom.engine.lattice import exit_time_at, position_at
-from carom.engine.neighbors import interface, prefetch as prefetching
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
 from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
@@ -22,8 +20,7 @@ from carom.models.questions.particles import NEVER
 PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
 
 
-@answering(interface, prefetching)
-class Sectors(NamedTuple):
+class Sectors(NeighborScheme):
     """Components by sector."""
 
     shape: tuple
@@ -161,6 +158,7 @@ class Sectors(NamedTuple):
     def on_wrap(self, i, axis, crossings):
         self.wraps[i, axis] -= int(crossings)
 
+    @cold
     def build(self, motion, boundary, state):
         now = state.clock[0].now
         self.members[:, self.members.shape[1] - 1] = 0
@@ -175,6 +173,12 @@ class Sectors(NamedTuple):
             if not enter(self, sector_of(self, i), np.uint32(i)):
                 return False
         return True
+
+    def layer_of(self, i, axis):
+        return self.cell[i, axis]
+
+    def prefetch_layer(self, i):
+        prefetch_cell(self, i)
 
 
 def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
