@@ -37,13 +37,10 @@ class _Tuples(type):
     """Make classes named tuples, as ``typing.NamedTuple`` does, that have a base class with methods, too."""
 
     def __new__(cls, name, bases, scope):
-        fields = {field: None for base in bases for field in getattr(base, "_fields", ())}
         if any(isinstance(base, _Tuples) and base.__mro__[1] is not tuple for base in bases):
+            fields = dict.fromkeys(field for base in bases for field in getattr(base, "_fields", ()))
             fields |= dict.fromkeys(scope.get("__annotations__", ()))
-        if fields:
-            given = {
-                key: each for base in bases for key, each in getattr(base, "_field_defaults", {}).items()
-            }
+            given = dict(each for base in bases for each in getattr(base, "_field_defaults", {}).items())
             given |= {field: scope.pop(field) for field in fields if field in scope}
             defaults = [given[field] for field in fields if field in given]
             bases = (namedtuple(name, fields, defaults=defaults, module=scope["__module__"]), *bases)

@@ -100,7 +100,7 @@ def new_epoch(model, state, neighbors):
     if neighbors.must_renew(model.motion, length):
         return True
     for i in range(len(state.partner)):
-        retime(model.timing, model, state, i)
+        retime(model, state, i)
     return False
 
 
@@ -115,4 +115,4 @@ def advance_epoch(model, state, neighbors, start_index, end):
 def retime_all(model, state, start_index, end):
     """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
     for i in range(start_index, end):
-        retime(model.timing, model, state, i)
+        retime(model, state, i)

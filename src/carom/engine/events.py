@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import cold, optional
+from carom.compiling.registry import cold
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, TIMER_EVENT
 from carom.engine.one_body import event_in_view, retime_contact, schedule_one_body
-from carom.engine.search import NO_REF, FromRows, contact_time_of
+from carom.engine.search import NO_REF, FromRows
 from carom.models.interactions.units import NO_AGENT
 from carom.models.questions.particles import NEVER
 
@@ -34,7 +34,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     ref, t = found
     while ref >= 0:
         j = model.boundary.index(ref)
-        event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
+        event_time, clamped = model.timing.contact_time(model, state, i, ref, now, t)
         repeats = ref == met and event_time == now
         if not repeats and (searched or event_time <= rows[j].event_time):
             break
@@ -50,14 +50,10 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
         release(model, state, calendar, i, held)
 
 
-@optional
-def retime(timing, model, state, i):
-    """Compute the event of i anew at an epoch's beginning; by default the time carried over holds."""
-    return
-
-
-@retime.register
-def _retime_of_from_rows(timing: FromRows, model, state, i):
+def retime(model, state, i):
+    """Compute the event of i anew at an epoch's beginning, where that follows from rows; else it holds."""
+    if not isinstance(model.timing, FromRows):
+        return
     rows = state.rows
     slightly = EARLIER * state.clock[0].length
     ref = state.partner[i]
@@ -66,11 +62,13 @@ def _retime_of_from_rows(timing: FromRows, model, state, i):
     if ref >= 0:
         j = model.boundary.index(ref)
         if i < j:
-            event_time, _ = contact_time_of(timing, model, state, i, ref, 0.0, np.float64(rows[i].event_time))
+            event_time, _ = model.timing.contact_time(
+                model, state, i, ref, 0.0, np.float64(rows[i].event_time)
+            )
             rows[i].event_time = event_time
             rows[j].event_time = event_time
     elif ref != LAMBDA:
-        retime_contact(model.motion, model.obstacles, model, state, i, ref)
+        retime_contact(model, state, i, ref)
     else:
         # A former partner may still be there then: not a rounding too late for it.
         rows[i].event_time = rows[i].event_time - slightly
@@ -137,7 +135,7 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
         return
     rows = state.rows
     j = model.boundary.index(ref)
-    event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
+    event_time, clamped = model.timing.contact_time(model, state, i, ref, now, t)
     if event_time < rows[i].event_time and event_time <= rows[j].event_time:
         held = state.partner[i]
         pair_up(model, state, calendar, i, ref, event_time)

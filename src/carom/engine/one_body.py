@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import optional
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 from carom.engine.observers.interface import (
@@ -92,17 +91,11 @@ def run_contact(obstacles, model, state, neighbors, i, code, now):
     return True
 
 
-@optional
-def retime_contact(motion, obstacles, model, state, i, code):
-    """Compute i's obstacle contact anew at an epoch's beginning; in a field, by default, keep it."""
-    return
-
-
-@retime_contact.register
-def _retime_contact_of_inertial(motion: Inertial, obstacles, model, state, i, code):
-    if obstacles is None:
+def retime_contact(model, state, i, code):
+    """Compute i's obstacle contact anew at an epoch's beginning; in a field keep it."""
+    if model.obstacles is None or not isinstance(model.motion, Inertial):
         return
-    touch, number = meet_obstacle(obstacles.timing, model, state, i, 0.0, True, NEVER)
+    touch, number = meet_obstacle(model.obstacles.timing, model, state, i, 0.0, True, NEVER)
     if OBSTACLE - number == code:
         state.rows[i].event_time = touch
 

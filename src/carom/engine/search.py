@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
-from carom.compiling.registry import fast, optional
+from carom.compiling.registry import Questions, fast
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
@@ -68,49 +66,10 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     return chosen, (best & ~(WIDTH - 1)).view(np.float64)
 
 
-class FromRows(NamedTuple):
-    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
-
-    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
-    """
-
-    square: float
-    """Square of how far two may fly relative to each other from the moment from which their contact is
-    computed [length^2].
-    """
-
-
-class FarSteps(NamedTuple):
-    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
-
-    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
-    become a far later exit from the step. Other crossings are not computed again: a late one makes no
-    overlap.
-    """
-
-    nearness: float = 1.0 / MOST_DIAMETERS**2
-    """Distance of the core over distance, squared, below which one is far away."""
-
-
-class FromCache(NamedTuple):
-    """Contacts that are found along paths of several boxes."""
-
-    start_times: np.ndarray
-    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
-
-
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
     other = state.rows[model.boundary.index(ref)]
     return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
-
-
-@optional
-def contact_time_of(timing, model, state, i, ref, now, t):
-    """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
-    rr, rv, vv = relative(model, state, i, ref, now)
-    t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, now)
-    return now + t, clamped
 
 
 def start_before(square, vv, event_time):
@@ -126,34 +85,76 @@ def start_before(square, vv, event_time):
     return (np.floor(event_time * inverse_step) - 1.0) * step
 
 
-@contact_time_of.register
-def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
-    rows = state.rows
-    event_time = now + t
-    then = max(np.float64(rows[i].t), np.float64(rows[model.boundary.index(ref)].t))
-    rr, rv, vv = relative(model, state, i, ref, then)
-    if (event_time - then) * (event_time - then) * vv > timing.square:
-        then = start_before(timing.square, vv, event_time)
+class Timing(Questions):
+    """How the time of a contact is computed."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        """Return when i touches the candidate found after a time t, and whether a negative wait was clamped.
+
+        By default it is computed from the moment at which it is found.
+        """
+        rr, rv, vv = relative(model, state, i, ref, now)
+        t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, now)
+        return now + t, clamped
+
+
+class FromNow(Timing):
+    """Contacts that are computed from the moment at which they are found."""
+
+
+class FromRows(Timing):
+    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
+
+    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
+    """
+
+    square: float
+    """Square of how far two may fly relative to each other from the moment from which their contact is
+    computed [length^2].
+    """
+
+    def contact_time(self, model, state, i, ref, now, t):
+        rows = state.rows
+        event_time = now + t
+        then = max(np.float64(rows[i].t), np.float64(rows[model.boundary.index(ref)].t))
         rr, rv, vv = relative(model, state, i, ref, then)
-    t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, then)
-    return max(then + t, now), clamped
+        if (event_time - then) * (event_time - then) * vv > self.square:
+            then = start_before(self.square, vv, event_time)
+            rr, rv, vv = relative(model, state, i, ref, then)
+        t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, then)
+        return max(then + t, now), clamped
 
 
-@contact_time_of.register
-def _contact_time_of_far_steps(timing: FarSteps, model, state, i, ref, now, t):
-    event_time, clamped = contact_time_of(None, model, state, i, ref, now, t)
-    rr, rv, vv = relative(model, state, i, ref, now)
-    core = step_core_square(model.pair, step_of(model.boundary, ref))
-    falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
-    if falls & (core < timing.nearness * rr):
-        # Two diameters of flight before the contact.
-        then = max(event_time - 2.0 * np.sqrt(core / vv), now)
-        rr, rv, vv = relative(model, state, i, ref, then)
-        t, clamped = contact_time_known(rr - core, rv, vv)
-        event_time = then + t
-    return event_time, clamped
+class FarSteps(Timing):
+    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
+
+    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
+    become a far later exit from the step. Other crossings are not computed again: a late one makes no
+    overlap.
+    """
+
+    nearness: float = 1.0 / MOST_DIAMETERS**2
+    """Distance of the core over distance, squared, below which one is far away."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        event_time, clamped = Timing.contact_time(self, model, state, i, ref, now, t)
+        rr, rv, vv = relative(model, state, i, ref, now)
+        core = step_core_square(model.pair, step_of(model.boundary, ref))
+        falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
+        if falls & (core < self.nearness * rr):
+            # Two diameters of flight before the contact.
+            then = max(event_time - 2.0 * np.sqrt(core / vv), now)
+            rr, rv, vv = relative(model, state, i, ref, then)
+            t, clamped = contact_time_known(rr - core, rv, vv)
+            event_time = then + t
+        return event_time, clamped
 
 
-@contact_time_of.register
-def _contact_time_of_from_cache(timing: FromCache, model, state, i, ref, now, t):
-    return contact_time_of(None, model, state, i, ref, timing.start_times[i], t)
+class FromCache(Timing):
+    """Contacts that are found along paths of several boxes."""
+
+    start_times: np.ndarray
+    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        return Timing.contact_time(self, model, state, i, ref, self.start_times[i], t)

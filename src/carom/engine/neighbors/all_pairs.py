@@ -14,12 +14,10 @@ search covers a certain time, after which the component searches again.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, cold
-from carom.engine import search
+from carom.compiling.registry import cold
 from carom.engine.constants import LAMBDA
 from carom.engine.neighbors.contact_cache import (
     STALE,
@@ -32,7 +30,7 @@ from carom.engine.neighbors.contact_cache import (
 )
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
-from carom.engine.search import contact_time_of, relative
+from carom.engine.search import Timing, relative
 from carom.engine.state import aligned
 from carom.models.questions.interaction import core_square, growth, interaction_time
 from carom.models.questions.motion import meeting_time, position
@@ -191,13 +189,12 @@ class Pairs(NeighborScheme):
         return True, self.names, 0, 0
 
 
-@answering(search)
-class AlongCurves(NamedTuple):
+class AlongCurves(Timing):
     """Contacts of components that do not fly straight relative to each other."""
 
     span: float  # time that a search covers
 
-    def contact_time_of(self, model, state, i, ref, now, t):
+    def contact_time(self, model, state, i, ref, now, t):
         low_index, high_index = min(i, ref), max(i, ref)
         t, clamped = curved_meeting(model, state, low_index, high_index, now, NEVER, self.span)
         return now + t, clamped
@@ -362,7 +359,7 @@ def choose(everybody, model, state, tally, i):
             rows[left].event_time = NEVER
             state.partner[left] = LAMBDA
     everybody.start_times[i] = contact.start_time
-    event_time, clamped = contact_time_of(model.timing, model, state, i, j, 0.0, 0.0)
+    event_time, clamped = model.timing.contact_time(model, state, i, j, 0.0, 0.0)
     tally.clamped += clamped
     rows[i].event_time = event_time
     rows[j].event_time = event_time
