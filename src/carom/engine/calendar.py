@@ -13,12 +13,12 @@ later.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from carom.compiling.instructions import prefetch
-from carom.compiling.registry import cold, optional
+from carom.compiling.registry import Questions, cold
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
 from carom.engine.state import aligned
 from carom.models.questions.particles import NEVER
@@ -56,7 +56,72 @@ NARROWEST = 2.0**-40
 """Width of a bucket in epochs, at least: what is closer in time, or simultaneous, fills one bucket anyway."""
 
 
-class Calendar(NamedTuple):
+class OneOfSeveral(Questions):
+    """What a calendar does that is one of several, each for a part of the box (``engine/domains``).
+
+    For one that is alone the cycle has no branch and no byte.
+    """
+
+    def is_remote(self, i):
+        """Return whether component i belongs to another calendar; by default there is none."""
+        return False
+
+    def count_local(self, start_index, end):
+        """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
+        return end - start_index
+
+    def local_component(self, start_index, k):
+        """Return the k-th of those."""
+        return start_index + k
+
+    def send_if_remote(self, i, time):
+        """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
+        return False
+
+    def note_border_event(self, bucket, time, i):
+        """Take notice of an entry; by default nobody does."""
+
+    def clear_notes(self):
+        """Forget all such notices: everything is entered anew."""
+
+    def receive(self, state):
+        """Begin a cycle: enter what other calendars have sent."""
+
+    def publish_time(self, state, time):
+        """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
+
+    def safe_to_process(self, state, boundary, i, now):
+        """Return whether the first event here, of component i, may be processed for all that others hold."""
+        return True
+
+    def should_return(self):
+        """Return whether the cycle is to end because this was refused too often."""
+        return False
+
+    def narrow(self, longest):
+        """Halve the buckets of the next window; return whether that could be done."""
+        control = self.control[0]
+        if control.width <= NARROWEST * longest:
+            return False
+        control.width *= 0.5
+        return True
+
+    def choose_width(self, n, longest):
+        """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
+        control = self.control[0]
+        # All, but where the epoch ended before.
+        buckets_passed = (control.end - control.start) * control.inverse
+        buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
+        if control.cycles > MOST * buckets_passed:
+            control.width *= 0.5
+        elif (
+            control.cycles < FEWEST * buckets_passed
+            and 2.0 * buckets_in_window(self) * control.width <= longest
+        ):
+            control.width *= 2.0
+
+
+class Calendar(OneOfSeveral):
     """A window of buckets and a heap."""
 
     control: Any  # one record of type CONTROL
@@ -97,70 +162,6 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
         np.zeros(heap),
         np.zeros(heap, np.int32),
     )
-
-
-# What a calendar does that is one of several, each for a part of the box: ``engine/domains`` has the answers.
-# For one that is alone the cycle has no branch and no byte.
-
-
-@optional
-def is_remote(calendar, i):
-    """Return whether component i belongs to another calendar; by default there is none."""
-    return False
-
-
-@optional
-def count_local(calendar, start_index, end):
-    """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
-    return end - start_index
-
-
-@optional
-def local_component(calendar, start_index, k):
-    """Return the k-th of those."""
-    return start_index + k
-
-
-@optional
-def send_if_remote(calendar, i, time):
-    """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
-    return False
-
-
-@optional
-def note_border_event(calendar, bucket, time, i):
-    """Take notice of an entry; by default nobody does."""
-    return
-
-
-@optional
-def clear_notes(calendar):
-    """Forget all such notices: everything is entered anew."""
-    return
-
-
-@optional
-def receive(calendar, state):
-    """Begin a cycle: enter what other calendars have sent."""
-    return
-
-
-@optional
-def publish_time(calendar, state, time):
-    """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
-    return
-
-
-@optional
-def safe_to_process(calendar, state, boundary, i, now):
-    """Return whether the first event here, of component i, may be processed for all that others hold."""
-    return True
-
-
-@optional
-def should_return(calendar):
-    """Return whether the cycle is to end because this was refused too often."""
-    return False
 
 
 def time_of(state, i):
@@ -225,13 +226,13 @@ def bucket_of(calendar, time):
 
 def insert(calendar, i, time):
     """Enter component i at ``time``."""
-    if send_if_remote(calendar, i, time):
+    if calendar.send_if_remote(i, time):
         return
     control = calendar.control[0]
     inside = time < control.end
     bucket = bucket_of(calendar, time if inside else control.start)
     bucket = bucket if inside else buckets_in_window(calendar)
-    note_border_event(calendar, bucket, time, i)
+    calendar.note_border_event(bucket, time, i)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
@@ -309,7 +310,7 @@ def fill_window(calendar, state, boundary, start, end):
     control = calendar.control[0]
     size = buckets_in_window(calendar)
     if control.full != 0:
-        narrow(calendar, end)  # more came into the window before than its lines could hold
+        calendar.narrow(end)  # more came into the window before than its lines could hold
     while True:
         control.start = start
         control.end = min(start + size * control.width, end)
@@ -322,7 +323,7 @@ def fill_window(calendar, state, boundary, start, end):
         for b in range(size + 1):
             calendar.buckets[b, 0] = 0
             calendar.buckets[b, 1] = 0
-        clear_notes(calendar)
+        calendar.clear_notes()
         earliest = NEVER
         n = len(state.partner)
         for start_index in range(0, n, BLOCK):
@@ -332,18 +333,8 @@ def fill_window(calendar, state, boundary, start, end):
             control.waiting = 0
             for k in range(count):
                 insert(calendar, calendar.component[k], calendar.event_time[k])
-        if control.full == 0 or not narrow(calendar, end):
+        if control.full == 0 or not calendar.narrow(end):
             return earliest
-
-
-@optional
-def narrow(calendar, longest):
-    """Halve the buckets of the next window; return whether that could be done. By default, any calendar."""
-    control = calendar.control[0]
-    if control.width <= NARROWEST * longest:
-        return False
-    control.width *= 0.5
-    return True
 
 
 def crowded(calendar):
@@ -367,8 +358,8 @@ def choose_due(calendar, state, start_index, end):
     until = calendar.control[0].end
     earliest = NEVER
     count = 0
-    for k in range(count_local(calendar, start_index, end)):
-        i = local_component(calendar, start_index, k)
+    for k in range(calendar.count_local(start_index, end)):
+        i = calendar.local_component(start_index, k)
         time = time_of(state, i)
         earliest = min(earliest, time)
         event_time[count] = time
@@ -390,7 +381,7 @@ def choose_entering(calendar, state, boundary):
             (j >= i)
             | (time == state.crossing_time[i])
             | (state.crossing_time[j] < time)
-            | is_remote(calendar, j)
+            | calendar.is_remote(j)
         )
         event_time[count] = time
         component[count] = i
@@ -398,21 +389,6 @@ def choose_entering(calendar, state, boundary):
         if len(state.partner) >= HUGE:
             prefetch(calendar.buckets, bucket_of(calendar, time) * calendar.buckets.shape[1])
     calendar.control[0].waiting = count
-
-
-@optional
-def choose_width(calendar, n, longest):
-    """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
-    control = calendar.control[0]
-    buckets_passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
-    buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
-    if control.cycles > MOST * buckets_passed:
-        control.width *= 0.5
-    elif (
-        control.cycles < FEWEST * buckets_passed
-        and 2.0 * buckets_in_window(calendar) * control.width <= longest
-    ):
-        control.width *= 2.0
 
 
 def next_event(calendar, state, neighbors, boundary, motion):

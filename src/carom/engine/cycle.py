@@ -10,7 +10,6 @@ from carom.compiling.entry import entry
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
-    choose_width,
     cluttered,
     crowded,
     effort,
@@ -18,10 +17,6 @@ from carom.engine.calendar import (
     next_event,
     pop,
     prefetch_calendar,
-    publish_time,
-    receive,
-    safe_to_process,
-    should_return,
 )
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
@@ -94,7 +89,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
     while True:
         if ends_run(model.observers):
             return REACHED_HIT, cycles
-        receive(calendar, state)
+        calendar.receive(state)
         if control.full != 0:
             cycles -= effort(state)
             fill_window(calendar, state, model.boundary, clock.now, clock.length)
@@ -115,15 +110,15 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         last = clock.epoch == end_epoch
         if i == -1:
             if last and end_time < control.end:
-                publish_time(calendar, state, control.end)
+                calendar.publish_time(state, control.end)
                 return REACHED_TIME, cycles
             if tally.collisions >= collisions:  # the present stays that of the last collision
                 return REACHED_COLLISIONS, cycles
             if cycles <= 0:
                 return SPENT, cycles
             cycles -= effort(state)
-            publish_time(calendar, state, control.end)
-            choose_width(calendar, len(state.partner), clock.length)
+            calendar.publish_time(state, control.end)
+            calendar.choose_width(len(state.partner), clock.length)
             start = control.end
             if start >= clock.length:
                 if new_epoch(model, state, neighbors):
@@ -134,11 +129,11 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             if control.full != 0:
                 return NEEDS_HEAP, cycles
             if earliest == NEVER:
-                publish_time(calendar, state, NEVER)
+                calendar.publish_time(state, NEVER)
                 return IDLE, cycles
             continue
         now = calendar.event_time[0]
-        publish_time(calendar, state, now)
+        calendar.publish_time(state, now)
         if (last and now > end_time) or clock.epoch > end_epoch:
             return REACHED_TIME, cycles
         if tally.collisions >= collisions:
@@ -147,8 +142,8 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             return SPENT, cycles
         if is_full(model.observers):
             return NEEDS_LOG, cycles
-        if not safe_to_process(calendar, state, model.boundary, i, now):
-            if should_return(calendar):
+        if not calendar.safe_to_process(state, model.boundary, i, now):
+            if calendar.should_return():
                 return SPENT, cycles
             continue
         cycles -= 1

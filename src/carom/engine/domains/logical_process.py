@@ -6,9 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import carom.engine.domains.lookahead
-import carom.engine.domains.messages
-import carom.engine.domains.synchronization  # noqa: F401 (what a process's queue answers)
 from carom.compiling import registry
 from carom.compiling.lanes import make_lanes
 from carom.engine.boundary import NearestImage
@@ -17,6 +14,7 @@ from carom.engine.calendar import make_calendar
 from carom.engine.constants import TALLY
 from carom.engine.domains.decomposition import PATCHES, Slabs
 from carom.engine.domains.event_log_merge import LpEvents, LpRecorder
+from carom.engine.domains.lp_queue import LpQueue
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
     LINE,
@@ -26,7 +24,6 @@ from carom.engine.domains.lp_state import (
     PLACE,
     TIME,
     Channels,
-    LpQueue,
 )
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors

@@ -9,15 +9,10 @@ from carom.engine.calendar import (
     ENTRIES,
     bucket_of,
     buckets_in_window,
-    choose_width,
-    clear_notes,
-    narrow,
-    note_border_event,
-    publish_time,
     time_of,
 )
-from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES
-from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
+from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN
+from carom.engine.domains.lp_state import MOST_ANNOUNCED, mask_of, patch_at, row_of
 from carom.models.questions.particles import NEVER
 
 HORIZON = 16  # buckets in which a process looks for events in zones in advance
@@ -68,34 +63,6 @@ def announce_at_borders(calendar, time, i, mask):
             note(calendar, side, time, i)
 
 
-@note_border_event.register
-def _note_border_event_of_lp(calendar: LpQueue, bucket, time, i):
-    if calendar.lp[0].held_borders & INTERIOR != 0:
-        return
-    mask = mask_of(calendar, i)
-    if mask & ANNOUNCED != 0:
-        if bucket > calendar.lp[0].scanned_bucket:
-            calendar.flags[bucket] = 1
-        else:
-            announce_at_borders(calendar, time, i, mask)
-
-
-@clear_notes.register
-def _clear_notes_of_lp(calendar: LpQueue):
-    lp = calendar.lp[0]
-    calendar.flags[:] = 0
-    lp.announced_bucket = -2
-    lp.scanned_bucket = -1
-    lp.scanned_time = lp.announced_time
-    lp.first_unannounced = NEVER
-    lp.announced_horizon = lp.announced_time  # nothing is announced any more
-    store(calendar.channels.published_time, LINE * lp.me + 1, np.float64(lp.announced_horizon))
-    for side in range(2):
-        lp.announced_counts[side] = 0
-        for patch in range(PATCHES):
-            store(calendar.channels.event_time, patch_at(calendar, side, lp.me, 0, patch), np.float64(NEVER))
-
-
 def prefetch_bucket(calendar, state, bucket):
     """Ask for what looking into a bucket will touch."""
     buckets = calendar.buckets
@@ -126,54 +93,3 @@ def scan_component(calendar, state, bucket, i):
     inside = time < calendar.control[0].end and bucket_of(calendar, time) <= bucket
     if inside and mask & ANNOUNCED != 0 and mask & OWN != 0:
         announce_at_borders(calendar, time, i, mask)
-
-
-@publish_time.register
-def _publish_time_of_lp(calendar: LpQueue, state, time):
-    lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
-    # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes
-    # to the end of what it has to do.
-    more = time < control.end and time <= lp.window_end
-    if lp.announced_bucket == control.cursor and lp.waits == 0 and lp.unacknowledged == 0 and more:
-        return
-    lp.announced_bucket = control.cursor
-    if lp.announced_time != time or lp.unacknowledged != 0:
-        lp.announced_time = time
-        last = buckets_in_window(calendar) - 1
-        target = min(last, control.cursor + HORIZON)
-        if lp.scanned_bucket < target:
-            while (
-                lp.scanned_bucket < target
-                and max(lp.announced_counts[0], lp.announced_counts[1]) < MOST_ANNOUNCED // 2
-            ):
-                lp.scanned_bucket += 1
-                prefetch_bucket(calendar, state, lp.scanned_bucket + PREFETCH_AHEAD)
-                if calendar.flags[lp.scanned_bucket] != 0:
-                    scan_bucket(calendar, state, lp.scanned_bucket)
-            bucket_end = control.start + (lp.scanned_bucket + 1) * control.width
-            lp.scanned_time = control.end if lp.scanned_bucket == last else min(bucket_end, control.end)
-        lp.first_unannounced = NEVER if lp.first_unannounced < time else lp.first_unannounced
-        horizon = max(min(lp.scanned_time, lp.first_unannounced), time)
-        if horizon != lp.announced_horizon:
-            lp.announced_horizon = horizon
-            store(published_time, LINE * lp.me + 1, np.float64(horizon))
-        store(published_time, LINE * lp.me, np.float64(time))
-        for side in range(2):
-            if lp.announced_counts[side] != 0:
-                withdraw(calendar, side, time)
-    if lp.unacknowledged != 0:
-        lp.unacknowledged = 0
-        for slot in range(2):
-            store(calendar.channels.acknowledged, LINE * lp.me + slot, lp.read[slot])
-
-
-@choose_width.register
-def _choose_width_of_lp(calendar: LpQueue, n, longest):
-    """All processes lay out their calendars at the same times: nobody waits for another that does."""
-    return
-
-
-@narrow.register
-def _narrow_of_lp(calendar: LpQueue, longest):
-    """For the same reason a process whose lines run out is given more of them."""
-    return False

@@ -8,21 +8,17 @@ those, a straggler, rolls the window back (:mod:`.rollback`).
 
 from __future__ import annotations
 
-from carom.compiling.instructions import load, take, yield_thread
-from carom.engine.calendar import pop, safe_to_process, should_return, time_of
-from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layers_apart
+from carom.compiling.instructions import load, take
+from carom.engine.calendar import time_of
+from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, OWN, layers_apart
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
-    INTERIOR,
     LATEST,
     LINE,
     MOST_MESSAGES,
     PLACE,
-    PROCESSING,
     TIME,
     WHOSE,
-    LpQueue,
-    abort_window,
     beside,
     border,
     mask_of,
@@ -30,7 +26,6 @@ from carom.engine.domains.lp_state import (
     row_of,
     slot_of,
 )
-from carom.engine.domains.messages import unlock
 from carom.engine.neighbors.prefetch import leaves_first
 from carom.models.questions.particles import NEVER
 
@@ -158,49 +153,3 @@ def no_straggler(calendar, i, now):
     lp.processed += 1
     record_history(calendar, history, entry, i, now, lp.local_time)
     return True
-
-
-@safe_to_process.register
-def _safe_to_process_of_lp(calendar: LpQueue, state, boundary, i, now):
-    lp = calendar.lp[0]
-    lp.waits += 1
-    mask = mask_of(calendar, i)
-    if mask & (OWN | HISTORY) == OWN and now >= lp.local_time:
-        lp.local_time = now
-        lp.waits = 0
-        lp.held_borders = PROCESSING | INTERIOR
-        return True
-    if mask & OWN == 0:  # it has gone over to another process, which knows of it
-        pop(calendar)
-        return False
-    borders = borders_of(calendar, state, boundary, i)
-    if borders != 0:
-        for side in range(2):
-            if borders & (side + 1) != 0 and not no_earlier_event(calendar, side, now, i):
-                return False
-        if not lock_borders(calendar, state, boundary, i, now, borders):
-            return False
-        for side in range(2):
-            if borders & (side + 1) != 0 and not no_straggler_at_border(calendar, side, i, now):
-                abort_window(calendar)
-                return False
-    if not no_straggler(calendar, i, now):
-        abort_window(calendar)
-        return False
-    lp.waits = 0
-    lp.held_borders |= PROCESSING
-    return True
-
-
-@should_return.register
-def _should_return_of_lp(calendar: LpQueue):
-    lp = calendar.lp[0]
-    if lp.waits % lp.spins_before_yield == 0:
-        if lp.held_borders != 0:
-            unlock(calendar)
-        yield_thread()
-    stopped = load(calendar.channels.sent_count, LINE * lp.me + 2) != 0
-    if stopped or lp.waits >= MOST_WAITS:
-        lp.waits = 0
-        return True
-    return False
