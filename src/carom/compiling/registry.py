@@ -168,4 +168,7 @@ def own_answers(classes) -> list[tuple[str, type, Any]]:
 
 def answers(question, kind: type) -> bool:
     """Tell whether a type of model has an answer of its own to a question."""
+    if isinstance(question, str):
+        above = kind.__mro__[: kind.__mro__.index(Questions) - 1] if issubclass(kind, Questions) else ()
+        return any(isinstance(vars(each).get(question), FunctionType) for each in above)
     return kind in question.registry

@@ -18,7 +18,7 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
-from carom.engine.observers.interface import at_rest, kept_arrays
+from carom.engine.observers.interface import NOBODY, kept_arrays
 from carom.engine.obstacle_grid import with_grids
 from carom.engine.obstacles import Crowd, is_live, make_obstacles
 from carom.engine.one_body import make_timers, wall_timing
@@ -55,7 +55,7 @@ class Model(NamedTuple):
     impact: Any  # what a contact of two components loses, or None where it is elastic
     obstacles: Any  # everything fixed that components can meet, or None
     timing: Any  # how the time of a contact is computed (``engine.search``)
-    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
+    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`)
     rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.one_body`), or None."""
@@ -95,7 +95,7 @@ def make_model(system: System) -> Model:
         impact=impact,
         obstacles=obstacles,
         timing=None,
-        observers=None,
+        observers=NOBODY,
         rules=pair if isinstance(pair, Units) else None,
         timers=timers,
     )
@@ -181,7 +181,7 @@ def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower
     for name, power in POWERS.items():
         new.tallies[name] = np.ldexp(old.tallies[name], -power * slower)
     observers = copied(old.model.observers)
-    at_rest(observers, passed, 0.0)
+    observers.at_rest(passed, 0.0)
     copy_state(new.model.observers, observers, instant, passed, slower)
     for part in PARTS:
         copy_state(getattr(new.model, part), getattr(old.model, part), instant, passed, slower)

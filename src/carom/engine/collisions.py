@@ -12,11 +12,6 @@ from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
 from carom.engine.observers.interface import (
     PairEvent,
-    after_pair,
-    at_epoch,
-    before_pair,
-    count_pair,
-    record,
 )
 from carom.engine.obstacles import age_obstacles
 from carom.engine.rubbing import rub
@@ -61,21 +56,21 @@ def collide(model, state, neighbors, tally, i, ref, now):
     b *= part
     virial *= part / longer
     event = PairEvent(i, j, ref, now, rr, rv, a * longer, b * longer, virial, kind, before, step)
-    before_pair(model.observers, model, state, event)
+    model.observers.before_pair(model, state, event)
     for axis in range(len(model.boundary.edges)):
         r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
         me.v[axis] += a * (longer * push_direction(model.motion, axis, me.x[axis], r, rr))
         other.v[axis] += b * (longer * push_direction(model.motion, axis, other.x[axis], -r, rr))
     rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
-    after_pair(model.observers, model, state, event)
+    model.observers.after_pair(model, state, event)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, i, j, now) / rr)
-    count_pair(model.observers, i, j, virial)
+    model.observers.count_pair(i, j, virial)
     record_impulse(model.pair, i, j, virial / np.sqrt(rr))
     word = model.boundary.logged(ref, kind)
-    record(model.observers, state.clock[0], i, word, virial / np.sqrt(rr))
+    model.observers.record(state.clock[0], i, word, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
@@ -92,7 +87,7 @@ def new_epoch(model, state, neighbors):
     shift_epoch(model.pair, length)
     shift_epoch(model.impact, length)
     age_obstacles(model.obstacles, length)
-    at_epoch(model.observers, model, state, length)
+    model.observers.at_epoch(model, state, length)
     clock.epoch += 1
     clock.now = 0.0
     if remap(model.motion, state, model.boundary.edges, length):

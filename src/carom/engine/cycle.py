@@ -41,7 +41,6 @@ from carom.engine.events import (
     start_over,
 )
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
 from carom.engine.search import NO_REF
 from carom.models.questions.particles import NEVER
@@ -87,7 +86,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
     tally = tallies[0]
     control = calendar.control[0]
     while True:
-        if ends_run(model.observers):
+        if model.observers.ends_run():
             return REACHED_HIT, cycles
         calendar.receive(state)
         if control.full != 0:
@@ -140,7 +139,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             return REACHED_COLLISIONS, cycles
         if cycles <= 0:
             return SPENT, cycles
-        if is_full(model.observers):
+        if model.observers.is_full():
             return NEEDS_LOG, cycles
         if not calendar.safe_to_process(state, model.boundary, i, now):
             if calendar.should_return():

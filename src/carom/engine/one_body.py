@@ -15,12 +15,6 @@ from carom.engine.advance import advance, place_at
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 from carom.engine.observers.interface import (
     ObstacleEvent,
-    after_kick,
-    after_obstacle,
-    before_kick,
-    before_obstacle,
-    gain,
-    record,
 )
 from carom.engine.obstacles import gained, reflect_component, soonest
 from carom.engine.rules import rule_event, run_rule
@@ -82,12 +76,12 @@ def run_contact(obstacles, model, state, neighbors, i, code, now):
         return False
     number = OBSTACLE - code
     advance(model, state, neighbors, i, now)
-    before_obstacle(model.observers, model, state, i, now)
+    model.observers.before_obstacle(model, state, i, now)
     momentum = reflect_component(model, state, i, number, now)
     energy = gained(obstacles.live, momentum, growth(model.pair, i))
-    gain(model.observers, energy, now)
-    after_obstacle(model.observers, model, state, ObstacleEvent(i, number, now, momentum, energy))
-    record(model.observers, state.clock[0], i, code, momentum)
+    model.observers.gain(energy, now)
+    model.observers.after_obstacle(model, state, ObstacleEvent(i, number, now, momentum, energy))
+    model.observers.record(state.clock[0], i, code, momentum)
     return True
 
 
@@ -173,7 +167,7 @@ def run_kick(timers, model, state, neighbors, i, code, now):
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
-    before_kick(model.observers, model, state, i, now)
+    model.observers.before_kick(model, state, i, now)
     me = state.rows[i]
     before = 0.0
     for axis in range(len(me.v)):
@@ -189,9 +183,9 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         me.v[axis] = math.ldexp(timers.v[axis], timers.exponent)
         v = np.float64(me.v[axis])
         after += v * v
-    after_kick(model.observers, model, state, i, now)
-    gain(model.observers, 0.5 * weight * (after - before), now)
-    record(model.observers, state.clock[0], i, code, 0.0)
+    model.observers.after_kick(model, state, i, now)
+    model.observers.gain(0.5 * weight * (after - before), now)
+    model.observers.record(state.clock[0], i, code, 0.0)
     return True
 
 

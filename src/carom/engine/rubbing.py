@@ -8,7 +8,6 @@ import numpy as np
 
 from carom.compiling.registry import optional
 from carom.engine.lattice import contact_vector, contact_velocity
-from carom.engine.observers.interface import gain
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, update_spin
 from carom.models.interactions.pinned import PinnedCores
 from carom.models.obstacles.surfaces import RoughSurface
@@ -50,7 +49,7 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
         update_spin(impact, i, mine)
     if turns_b > 0.0:
         update_spin(impact, j, distance - mine)
-    gain(model.observers, energy, now)
+    model.observers.gain(energy, now)
 
 
 @optional

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from carom.engine.advance import advance
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.observers.interface import gain, record
 from carom.engine.pair_steps import step_of
 from carom.models.interactions.units import (
     ENTERED,
@@ -47,7 +46,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
     after = 0.0
     for axis in range(dimension):
         after += me.v[axis] * me.v[axis]
-    gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
+    model.observers.gain(0.5 * mass(rules, i) * (after - before), now)
     if was != NO_AGENT:
         neighbors.recount_listed(rules, model.boundary, i, was)
 
@@ -100,7 +99,7 @@ def run_rule(rules, model, state, neighbors, i, code, now):
         return False
     advance(model, state, neighbors, i, now)
     on_timer(rules, model, state, neighbors, i, code, now)
-    record(model.observers, state.clock[0], i, code, 0.0)
+    model.observers.record(state.clock[0], i, code, 0.0)
     return True
 
 

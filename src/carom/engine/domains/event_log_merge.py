@@ -7,10 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.entry import entry
-from carom.compiling.registry import answering
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.observers import interface
-from carom.engine.observers.interface import count_pair, is_full, record
+from carom.engine.observers.interface import Observer
 from carom.engine.state import aligned
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
@@ -60,8 +58,7 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
     )
 
 
-@answering(interface)
-class LpRecorder(NamedTuple):
+class LpRecorder(Observer):
     """The observer of a process: it notes its collisions."""
 
     last_virial: np.ndarray  # virial of the collision at hand, (1,) float64
@@ -184,7 +181,7 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
         done += heads[process]
         total += all_events.used[process, 0]
     for k in range(done, total):
-        if is_full(observers):
+        if observers.is_full():
             return False
         page = all_events.order[k]
         h = heads[page]
@@ -198,6 +195,6 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
         else:
             tally.collisions += 1
             tally.virial += entry.virial
-            count_pair(observers, i, boundary.index(ref), entry.virial)
-        record(observers, clock[0], i, ref, impulse)
+            observers.count_pair(i, boundary.index(ref), entry.virial)
+        observers.record(clock[0], i, ref, impulse)
     return True

@@ -27,7 +27,7 @@ from carom.engine.domains.lp_state import (
 )
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.observers.interface import Observers, count_pair, listed, record
+from carom.engine.observers.interface import chained, listed
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
@@ -66,7 +66,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     if model.obstacles is not None and not isinstance(model.motion, Inertial):
         return "walls or obstacles in a field"
     for each in listed(model.observers):
-        if not any(registry.answers(question, type(each)) for question in (count_pair, record)):
+        if not any(registry.answers(question, type(each)) for question in ("count_pair", "record")):
             return f"{name_of(each)}, which observes every event when it happens"
     return None
 
@@ -153,7 +153,7 @@ def make_process(
     model = engine.model._replace(
         lanes=make_lanes(engine.model.pair),
         obstacles=clone(engine.model.obstacles),
-        observers=Observers(recorder, None),
+        observers=chained([recorder]),
     )
     tallies = aligned(1, TALLY).view(np.recarray)
     return LogicalProcess(Engine(model, state, neighbors, calendar, tallies), recorder)  # type: ignore[arg-type]

@@ -13,9 +13,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
+from carom.engine.observers.interface import Observer
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.particles import NEVER
@@ -32,8 +31,7 @@ class Held(NamedTuple):
     """Where the current of energy begins in ``Currents.flow``."""
 
 
-@answering(interface)
-class Currents(NamedTuple):
+class Currents(Observer):
     """Currents now, their integrals so far, and samples of these at equal times.
 
     A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.

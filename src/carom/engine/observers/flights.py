@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import present
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
 
 
-@answering(interface)
-class Flights(NamedTuple):
+class Flights(Observer):
     """What flights and collisions add up to, by species."""
 
     kinds: np.ndarray

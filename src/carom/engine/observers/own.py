@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
-@answering(interface)
-class Own(NamedTuple):
+class Own(Observer):
     """An observer of the user's own, and room for what it is told."""
 
     observer: Annotated[Any, GIVEN]  # the user's NamedTuple

@@ -6,20 +6,18 @@ Of peculiar velocities u ``M_ab = sum m u_a u_b`` changes in flight, as u_0 fall
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.engine.lattice import contact_vector
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.copies import copied
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import kept, parameter, present
 
 
-@answering(interface)
-class StreamSums(NamedTuple):
+class StreamSums(Observer):
     """Sums over the peculiar velocities of all components."""
 
     rate: Annotated[float, parameter(-1)]  # shear rate
