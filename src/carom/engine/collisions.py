@@ -9,7 +9,7 @@ from carom.compiling.registry import cold
 from carom.engine.advance import advance, into_next_epoch
 from carom.engine.constants import LAMBDA
 from carom.engine.events import retime
-from carom.engine.lattice import contact_vector, contact_velocity, remap
+from carom.engine.lattice import remap
 from carom.engine.observers.interface import (
     PairEvent,
 )
@@ -20,7 +20,6 @@ from carom.models.mathematics.contact import LONGER
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch
-from carom.models.questions.motion import push_direction
 from carom.models.questions.particles import NEVER
 
 
@@ -39,8 +38,8 @@ def collide(model, state, neighbors, tally, i, ref, now):
     # On a line equal masses swap their velocities, but for rounding, and nothing is lost in between.
     longer = LONGER if len(model.boundary.edges) > 1 else 1.0
     for axis in range(len(model.boundary.edges)):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
-        v = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
+        v = model.motion.contact_velocity(model.boundary, i, ref, axis, me, other)
         rr += r * r
         rv += r * v
         r *= longer
@@ -58,9 +57,9 @@ def collide(model, state, neighbors, tally, i, ref, now):
     event = PairEvent(i, j, ref, now, rr, rv, a * longer, b * longer, virial, kind, before, step)
     model.observers.before_pair(model, state, event)
     for axis in range(len(model.boundary.edges)):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
-        me.v[axis] += a * (longer * push_direction(model.motion, axis, me.x[axis], r, rr))
-        other.v[axis] += b * (longer * push_direction(model.motion, axis, other.x[axis], -r, rr))
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
+        me.v[axis] += a * (longer * model.motion.push_direction(axis, me.x[axis], r, rr))
+        other.v[axis] += b * (longer * model.motion.push_direction(axis, other.x[axis], -r, rr))
     rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     model.observers.after_pair(model, state, event)

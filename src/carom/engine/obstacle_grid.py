@@ -20,7 +20,7 @@ from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
-from carom.models.questions.obstacle import meeting, member
+from carom.models.questions.obstacle import member
 from carom.models.questions.particles import NEVER
 
 
@@ -114,7 +114,7 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
             wanted = min(best, before, limit)
             if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
                 continue
-            t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
+            t = model.motion.meeting(member(crowd, who), obstacles.image, v, size, rate, now)
             # Of two at one time, the first: as where all are asked.
             if t < best or (t == best and who < number):
                 best = t

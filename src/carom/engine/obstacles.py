@@ -19,20 +19,18 @@ from carom.engine.rubbing import rub_obstacle
 from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
 from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
-from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import (
     LIVE,
     anchor,
     at_time,
     is_periodic,
-    meeting,
     member,
     members,
     outward,
     recoil,
 )
 from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import wall_meeting, wall_normal, yields
+from carom.models.questions.walls import wall_normal, yields
 
 
 @optional
@@ -232,7 +230,7 @@ def soonest(obstacles, model, state, i, now, every, until):
     best = NEVER
     number = -1
     if every:
-        best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
+        best, number = model.motion.wall_meeting(obstacles.walls, obstacles.x, obstacles.v, size, rate)
     sight = Sight(max(state.clock[0].now - now, 0.0), until - now + HAIR * until)
     t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now, sight)
     if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
@@ -268,9 +266,9 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
                 turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
                 obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
                 digits //= 3
-            t = min(t, meeting(model.motion, obstacle, obstacles.image, obstacles.v, size, rate, now))
+            t = min(t, model.motion.meeting(obstacle, obstacles.image, obstacles.v, size, rate, now))
     elif every:
-        t = meeting(model.motion, obstacle, obstacles.x, obstacles.v, size, rate, now)
+        t = model.motion.meeting(obstacle, obstacles.x, obstacles.v, size, rate, now)
     return t
 
 
@@ -295,8 +293,8 @@ def reflect(live, model, state, i, number, now):
         speed = 0.0
         for axis in range(len(model.boundary.edges)):
             speed += obstacles.image[axis] * me.v[axis]
-        change = rebound_speed(model.motion, growth(model.pair, i) - speed)
-        push(model.motion, change, me.v, obstacles.image)
+        change = model.motion.rebound_speed(growth(model.pair, i) - speed)
+        model.motion.push(change, me.v, obstacles.image)
         return mass(model.pair, i) * change
     strike(obstacles.chain, model, state, i, number, now)
     along = 0.0

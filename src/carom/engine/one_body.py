@@ -23,7 +23,6 @@ from carom.models.drives import kick, next_time
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import growth, mass
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
-from carom.models.questions.motion import velocity
 from carom.models.questions.particles import NEVER
 
 
@@ -112,7 +111,7 @@ def meet_obstacle(timing, model, state, i, now, every, until):
     me = state.rows[i]
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
-        v = np.float64(velocity(model.motion, axis, me.v[axis], now - me.t))
+        v = np.float64(model.motion.velocity(axis, me.v[axis], now - me.t))
         vv += v * v
     then = np.float64(me.t)
     start = now if (now - then) * (now - then) * vv > timing.square else then

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from carom.compiling.registry import optional
-from carom.engine.lattice import contact_vector, contact_velocity
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, update_spin
 from carom.models.interactions.pinned import PinnedCores
 from carom.models.obstacles.surfaces import RoughSurface
@@ -27,9 +26,9 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
     dimension = len(model.boundary.edges)
     distance = math.sqrt(rr)
     for axis in range(dimension):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
         impact.normal[axis] = r / distance
-        impact.slip[axis] = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
+        impact.slip[axis] = model.motion.contact_velocity(model.boundary, i, ref, axis, me, other)
     # The distance is the sum of the radii, but for rounding: angular momentum is kept to the last digit.
     mine = distance * (impact.radii[i] / (impact.radii[i] + impact.radii[j]))
     add_spin(impact, i, mine)

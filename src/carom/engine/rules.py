@@ -22,7 +22,6 @@ from carom.models.interactions.units import (
     recount,
 )
 from carom.models.questions.interaction import mass
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.steps import IN
 
 
@@ -114,8 +113,8 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
     if other != NO_AGENT:
         far = state.rows[other]
         for axis in range(len(model.boundary.edges)):
-            x = position(model.motion, axis, far.x[axis], far.v[axis], now - far.t)
+            x = model.motion.position(axis, far.x[axis], far.v[axis], now - far.t)
             r = model.boundary.separation(i, ref, axis, x - me.x[axis])
-            place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
+            place_other(rules, 0, axis, r, model.motion.velocity(axis, far.v[axis], now - far.t))
     call_rule(rules.rule, rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)

@@ -6,7 +6,6 @@ import numpy as np
 
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
 from carom.compiling.registry import Questions, fast
-from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.particles import NEVER
@@ -48,7 +47,7 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
             for k in range(LANES):
                 ref = refs[ref_index + k]
                 number = k + lane
-                rr, rv, vv = candidate_relative_to(model.motion, model.boundary, i, ref, me, block, k, now)
+                rr, rv, vv = model.motion.candidate_relative_to(model.boundary, i, ref, me, block, k, now)
                 lane_index = first_lane + number
                 t = model.boundary.candidate_time(
                     model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
@@ -69,7 +68,7 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
     other = state.rows[model.boundary.index(ref)]
-    return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
+    return model.motion.relative_to(model.boundary, i, ref, state.rows[i], other, now)
 
 
 def start_before(square, vv, event_time):

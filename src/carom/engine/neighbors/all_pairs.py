@@ -33,7 +33,6 @@ from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_erro
 from carom.engine.search import Timing, relative
 from carom.engine.state import aligned
 from carom.models.questions.interaction import core_square, growth, interaction_time
-from carom.models.questions.motion import meeting_time, position
 from carom.models.questions.particles import NEVER
 
 WIDENED = 1.0 + 2.0**-10
@@ -212,7 +211,7 @@ def pack_one(everybody, motion, state, i):
     start_index = block_index * (2 * BLOCK * len(everybody.inverse)) + lane
     for axis in range(len(everybody.inverse)):
         inverse = everybody.inverse[axis]
-        x = position(motion, axis, me.x[axis], me.v[axis], -me.t) * inverse
+        x = motion.position(axis, me.x[axis], me.v[axis], -me.t) * inverse
         v = np.float64(me.v[axis]) * (inverse * everybody.span)
         everybody.packed_flights[start_index + 2 * axis * BLOCK] = (x - np.floor(x)) * UNITS
         everybody.packed_flights[start_index + (2 * axis + 1) * BLOCK] = v * UNITS
@@ -249,8 +248,8 @@ def approach(everybody, model, state, i, j, now, at_plane):
     rv = 0.0
     vv = 0.0
     for axis in range(len(everybody.inverse)):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], at_plane - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], at_plane - other.t)
+        x = model.motion.position(axis, me.x[axis], me.v[axis], at_plane - me.t)
+        y = model.motion.position(axis, other.x[axis], other.v[axis], at_plane - other.t)
         r = model.boundary.separation(i, j, axis, y - x)
         v = np.float64(other.v[axis]) - np.float64(me.v[axis])
         rv += r * v
@@ -267,8 +266,8 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
     fastest = 0.0
     main = 0
     for axis in range(dimension):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        x = model.motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = model.motion.position(axis, other.x[axis], other.v[axis], now - other.t)
         speed = (np.float64(other.v[axis]) - np.float64(me.v[axis])) * everybody.inverse[axis]
         flight[2 * axis] = (y - x) * everybody.inverse[axis]
         flight[2 * axis + 1] = speed
@@ -374,7 +373,7 @@ def curved_meeting(model, state, i, j, now, limit, span):
     rate = growth(model.pair, i) + growth(model.pair, j)
     rows = state.rows
     me, other = rows[i], rows[j]
-    return meeting_time(model.motion, me, other, now, contact, rate, limit, span)
+    return model.motion.meeting_time(me, other, now, contact, rate, limit, span)
 
 
 def first_of_pairs(neighbors, model, state, i, now, limit, avoided):

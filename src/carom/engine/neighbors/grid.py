@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.engine.lattice import position_at, velocity_at
 from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
 
 
@@ -80,7 +79,7 @@ def least_difference(window, lists, to, since, axis):
 
 
 def _along_lattice(motion, lists, boundary, me, point, axis, now):
-    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    x = motion.position_at(axis, me.x, me.v, now - me.t, now)
     r = x - grid_coordinate(lists, point, axis) * lists.grid_step[axis]
     return r - boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
 
@@ -99,7 +98,7 @@ def speed_from_reference(window, motion, lists, boundary, me, point, axis, now):
     """Return how fast that changes."""
     if window is None:
         return np.float64(me.v[axis])
-    v = np.float64(velocity_at(motion, axis, me.v, now - me.t))
+    v = np.float64(motion.velocity_at(axis, me.v, now - me.t))
     if axis == 0:
         v += motion.rate * _along_lattice(motion, lists, boundary, me, point, 1, now)
     return v

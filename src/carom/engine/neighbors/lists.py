@@ -16,7 +16,6 @@ import numpy as np
 from carom.compiling.instructions import prefetch, prefetch_now
 from carom.compiling.lanes import LANES, copy_words, pack
 from carom.compiling.registry import cold
-from carom.engine.lattice import position_at
 from carom.engine.neighbors.bounds import (
     EqualBounds,
 )
@@ -280,7 +279,7 @@ def reference_of(lists, motion, state, i, now):
     size = bits(lists)
     point = 0
     for axis in range(len(lists.grid_step)):
-        x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+        x = motion.position_at(axis, me.x, me.v, now - me.t, now)
         whole = int(np.floor(x / lists.grid_step[axis])) & ((1 << size) - 1)
         point |= whole << size * axis
     return point

@@ -10,11 +10,9 @@ import numpy as np
 from carom.compiling.instructions import prefetch
 from carom.compiling.lanes import LANES, copy_words, replace_words
 from carom.compiling.registry import cold
-from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
 from carom.engine.state import aligned, filled
-from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
 PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
@@ -88,7 +86,7 @@ class Sectors(NeighborScheme):
         for axis in range(len(self.sides)):
             cell, side = unwrapped(self, i, axis), self.sides[axis]
             beyond = slack(self.extra_slack, self, i, axis)
-            t, up = exit_time_at(motion, axis, me, now, side * cell - beyond, side * (cell + 1) + beyond)
+            t, up = motion.exit_time_at(axis, me, now, side * cell - beyond, side * (cell + 1) + beyond)
             exit_face = 2 * axis + up if t < best else exit_face
             best = min(t, best)
         self.exit_face[i] = exit_face
@@ -100,7 +98,7 @@ class Sectors(NeighborScheme):
         changed = False
         for axis in range(len(self.sides)):
             v = np.float64(me.v[axis])
-            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+            x = motion.position_at(axis, me.x, me.v, now - me.t, now)
             way = best_cell(self, i, axis, x, v)
             new = new * self.shape[axis] + wrap(self, axis, self.cell[i, axis] + way)
             changed |= way != 0
@@ -109,7 +107,7 @@ class Sectors(NeighborScheme):
         remove_member(self, sector_of(self, i), np.uint32(i))
         for axis in range(len(self.sides)):
             v = np.float64(me.v[axis])
-            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+            x = motion.position_at(axis, me.x, me.v, now - me.t, now)
             move(self, i, axis, best_cell(self, i, axis, x, v))
 
     def cross(self, motion, boundary, state, i, now):
@@ -165,7 +163,7 @@ class Sectors(NeighborScheme):
         for i in range(len(state.partner)):
             me = state.rows[i]
             for axis in range(len(self.sides)):
-                x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+                x = motion.position_at(axis, me.x, me.v, now - me.t, now)
                 cell = int(np.floor(x / self.sides[axis]))
                 wraps = cell // self.shape[axis]
                 self.cell[i, axis] = cell - wraps * self.shape[axis]
@@ -387,8 +385,8 @@ def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     rr = 0.0
     rv = 0.0
     for axis in range(len(sectors.sides)):
-        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        x = motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = motion.position(axis, other.x[axis], other.v[axis], now - other.t)
         r = boundary.separation(i, ref, axis, y - x)
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
@@ -397,8 +395,8 @@ def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     scale = 1
     for back in range(len(sectors.sides)):
         axis = len(sectors.sides) - 1 - back
-        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        x = motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = motion.position(axis, other.x[axis], other.v[axis], now - other.t)
         v = me.v[axis] + factor * boundary.separation(i, ref, axis, y - x)
         cell += scale * best_cell(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]

@@ -10,7 +10,6 @@ from typing import Annotated
 
 import numpy as np
 
-from carom.engine.lattice import contact_vector
 from carom.engine.observers.interface import Observer
 from carom.models.copies import copied
 from carom.models.questions.interaction import mass
@@ -32,8 +31,8 @@ class StreamSums(Observer):
         fly(self, event.now)
         me, other = state.rows[event.i], state.rows[event.j]
         for axis in range(len(self.r)):
-            self.r[axis] = contact_vector(
-                model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
+            self.r[axis] = model.motion.contact_vector(
+                model.boundary, event.i, event.ref, axis, me, other, event.now
             )
         enter_pair(self, model, state, event, -1.0)
 

@@ -21,7 +21,7 @@ from carom.models.fields import Value
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.mathematics import roots
 from carom.models.mathematics.roots import next_fall, value
-from carom.models.questions import motion
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.particles import NEVER, Particles
 
 NEARLY = 2.0**-30
@@ -120,8 +120,7 @@ class GreatCircles(Value):
         return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
 
 
-@answering(motion)
-class Circles(NamedTuple):
+class Circles(MotionModel):
     """Motion on a sphere."""
 
     center: tuple  # center of the sphere [length]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from carom.compiling.registry import optional
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.questions.particles import NEVER
 
@@ -78,11 +77,5 @@ def _comes_before(behind, motion, x, v, radius, growth, t):
     """Return whether a contact after a time ``t`` comes no later than one with the walls that stand back."""
     if behind is None:
         return False
-    time_behind, _ = wall_meeting(motion, behind, x, v, radius, growth)
+    time_behind, _ = motion.wall_meeting(behind, x, v, radius, growth)
     return t < NEVER and t <= time_behind
-
-
-@optional
-def wall_meeting(motion, walls, x, v, radius, growth):
-    """Return :func:`soonest_wall` for particles in this motion; asked of the motion."""
-    return soonest_wall(walls, x, v, radius, growth)
