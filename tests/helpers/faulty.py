@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.models import own
-from carom.models.drives import kick, next_time
+from carom.models.drives import DriveModel
 from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump
@@ -395,7 +395,7 @@ class Bouncy(Floor):
         return self.model()
 
 
-class Clock(NamedTuple):
+class Clock(DriveModel):
     """Events at random times: ``kind`` says of which fault."""
 
     kind: str
@@ -405,35 +405,31 @@ class Clock(NamedTuple):
     def draw(self, i, time):
         return -math.log(own.uniform(1, i, self.drawn[i]))
 
+    def next_time(self, i, x, v, time):
+        if self.kind == "kept":
+            return self.due[i]
+        if self.kind == "kept from the first question":
+            if self.due[i] <= time:
+                self.due[i] = time + self.draw(i, time)
+            return self.due[i]
+        if self.kind == "a place ahead":  # moves towards it at the same speed, and on from there
+            return time + ((7.0 - x[0]) / v[0] - 1e-6) % (20.0 / abs(v[0])) + 1e-6
+        if self.kind == "a turn":
+            return 0.25 * (math.floor(time / 0.25 + 1e-9) + 1.0)
+        if self.kind == "drawn by the question":
+            self.drawn[i] += 1
+        if self.kind == "an age":
+            return time + 1.0 / np.linalg.norm(v)
+        if self.kind == "never, until then":
+            return NEVER if time < 0.3 else self.due[i] + 0.3
+        return time + self.draw(i, time)
 
-@next_time.register
-def _(clock: Clock, i, x, v, time):
-    if clock.kind == "kept":
-        return clock.due[i]
-    if clock.kind == "kept from the first question":
-        if clock.due[i] <= time:
-            clock.due[i] = time + clock.draw(i, time)
-        return clock.due[i]
-    if clock.kind == "a place ahead":  # moves towards it at the same speed, and on from there
-        return time + ((7.0 - x[0]) / v[0] - 1e-6) % (20.0 / abs(v[0])) + 1e-6
-    if clock.kind == "a turn":
-        return 0.25 * (math.floor(time / 0.25 + 1e-9) + 1.0)
-    if clock.kind == "drawn by the question":
-        clock.drawn[i] += 1
-    if clock.kind == "an age":
-        return time + 1.0 / np.linalg.norm(v)
-    if clock.kind == "never, until then":
-        return NEVER if time < 0.3 else clock.due[i] + 0.3
-    return time + clock.draw(i, time)
-
-
-@kick.register
-def _(clock: Clock, i, mass, x, v, time):
-    clock.drawn[i] += 1
-    if clock.kind == "kept":
-        clock.due[i] += clock.draw(i, time)
-    if clock.kind not in ("kept", "a place ahead"):
-        v *= -1.0
+    def kick(self, i, mass, x, v, time):
+        self.drawn[i] += 1
+        if self.kind == "kept":
+            self.due[i] += self.draw(i, time)
+        if self.kind not in ("kept", "a place ahead"):
+            v *= -1.0
 
 
 @dataclass(frozen=True)

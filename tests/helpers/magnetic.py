@@ -1,17 +1,16 @@
 """Charges in a magnetic field, a curved motion of one's own: between walls, around balls, and growing."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 import carom
 from carom.models import own
-from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.mathematics.roots import Curve, next_fall
 from carom.models.obstacles.named_walls import axes_without
 
 
-class Circling(NamedTuple):
+class Circling(Curve):
     """A charge relative to another, or to a ball: the square of their distance, less that of contact."""
 
     x: float
@@ -22,8 +21,24 @@ class Circling(NamedTuple):
     contact: float
     rate: float
 
+    def value(self, t):
+        s, c = math.sin(self.w * t) / self.w, 2.0 * math.sin(0.5 * self.w * t) ** 2 / self.w
+        x, y = self.x + self.u * s + self.v * c, self.y + self.v * s - self.u * c
+        return x * x + y * y - (self.contact + self.rate * t) ** 2
 
-class Height(NamedTuple):
+    def slope(self, t):
+        s, c = math.sin(self.w * t) / self.w, 2.0 * math.sin(0.5 * self.w * t) ** 2 / self.w
+        x, y = self.x + self.u * s + self.v * c, self.y + self.v * s - self.u * c
+        u, v = self.u - self.w * (self.u * c - self.v * s), self.v - self.w * (self.v * c + self.u * s)
+        return 2.0 * (x * u + y * v) - 2.0 * (self.contact + self.rate * t) * self.rate
+
+    def curvature(self, start, end):
+        speed = math.sqrt(self.u * self.u + self.v * self.v)
+        far = math.sqrt(self.x * self.x + self.y * self.y) + speed * min(2.0 / self.w, end)
+        return 2.0 * speed * (speed + far * self.w) + 2.0 * self.rate * self.rate
+
+
+class Height(Curve):
     """The gap between a charge and a wall: ``u`` is the velocity towards it, ``v`` that which turns to it."""
 
     gap: float
@@ -32,42 +47,18 @@ class Height(NamedTuple):
     w: float
     rate: float
 
+    def value(self, t):
+        return (
+            self.gap
+            - self.rate * t
+            - (self.u * math.sin(self.w * t) + self.v * 2.0 * math.sin(0.5 * self.w * t) ** 2) / self.w
+        )
 
-@value.register
-def _(q: Circling, t):
-    s, c = math.sin(q.w * t) / q.w, 2.0 * math.sin(0.5 * q.w * t) ** 2 / q.w
-    x, y = q.x + q.u * s + q.v * c, q.y + q.v * s - q.u * c
-    return x * x + y * y - (q.contact + q.rate * t) ** 2
+    def slope(self, t):
+        return -self.rate - self.u * math.cos(self.w * t) - self.v * math.sin(self.w * t)
 
-
-@slope.register
-def _(q: Circling, t):
-    s, c = math.sin(q.w * t) / q.w, 2.0 * math.sin(0.5 * q.w * t) ** 2 / q.w
-    x, y = q.x + q.u * s + q.v * c, q.y + q.v * s - q.u * c
-    u, v = q.u - q.w * (q.u * c - q.v * s), q.v - q.w * (q.v * c + q.u * s)
-    return 2.0 * (x * u + y * v) - 2.0 * (q.contact + q.rate * t) * q.rate
-
-
-@curvature.register
-def _(q: Circling, start, end):
-    speed = math.sqrt(q.u * q.u + q.v * q.v)
-    far = math.sqrt(q.x * q.x + q.y * q.y) + speed * min(2.0 / q.w, end)
-    return 2.0 * speed * (speed + far * q.w) + 2.0 * q.rate * q.rate
-
-
-@value.register
-def _(q: Height, t):
-    return q.gap - q.rate * t - (q.u * math.sin(q.w * t) + q.v * 2.0 * math.sin(0.5 * q.w * t) ** 2) / q.w
-
-
-@slope.register
-def _(q: Height, t):
-    return -q.rate - q.u * math.cos(q.w * t) - q.v * math.sin(q.w * t)
-
-
-@curvature.register
-def _(q: Height, start, end):
-    return q.w * math.sqrt(q.u * q.u + q.v * q.v)
+    def curvature(self, start, end):
+        return self.w * math.sqrt(self.u * self.u + self.v * self.v)
 
 
 LONG = 8.0 * math.pi
@@ -123,7 +114,7 @@ class Magnetic:
                 curve = Circling(x, y, v[0] - u[0], v[1] - u[1], w, contact, rate)
                 t = next_fall(curve, min(span, 2.0 * math.pi / w) if rate == 0.0 else span)
                 if t < best:
-                    best, clamped = t, t == 0.0 and value(curve, 0.0) < 0.0
+                    best, clamped = t, t == 0.0 and curve.value(0.0) < 0.0
         return best, clamped
 
     def meeting(self, obstacle, x, v, radius, growth, now):

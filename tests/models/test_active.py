@@ -13,7 +13,6 @@ from helpers.marks import slow
 import carom
 from carom.errors import InputError
 from carom.models import Active, Brownian, Gravity
-from carom.models.drives import kick
 from carom.models.questions.particles import Particles
 from carom.observables.statistics import blocking
 from carom.units import TimeUnit
@@ -66,7 +65,7 @@ def test_a_direction_is_forgotten_and_carries_as_far_as_geometric_sums_say(d, ki
     model = made(drive, d)
     v, e = np.zeros((count, d)), np.zeros((count, d))
     for k in range(count):
-        kick(model, 1, 2.0, np.zeros(d), v[k], 0.2 * k)
+        model.kick(1, 2.0, np.zeros(d), v[k], 0.2 * k)
         e[k] = model.directions[1]
     c = math.exp(-0.2 / 0.6)
     assert np.sum(e**2, axis=1) == pytest.approx(1.0, rel=4e-16)
@@ -117,8 +116,8 @@ def test_noise_is_that_of_brownian_particles_and_a_species_has_its_speed():
     for k in range(20):
         for i, speed in enumerate((1.5, 0.0)):
             v, noise = np.zeros(2), np.zeros(2)
-            kick(active, i, 2.0, np.zeros(2), v, 0.1 * k)
-            kick(brownian, i, 2.0, np.zeros(2), noise, 0.1 * k)
+            active.kick(i, 2.0, np.zeros(2), v, 0.1 * k)
+            brownian.kick(i, 2.0, np.zeros(2), noise, 0.1 * k)
             assert (v == noise + speed * active.directions[i]).all()
 
 
@@ -131,7 +130,7 @@ def test_draws_are_those_of_ever():
         model = made(Active(1.0, 0.5, step=0.2, kT=1.0, kind=kind, seed=7), 2)
         v = np.zeros(2)
         for _ in range(10):
-            kick(model, 1, 2.0, np.zeros(2), v, 0.0)
+            model.kick(1, 2.0, np.zeros(2), v, 0.0)
         assert v == pytest.approx(velocity, rel=1e-12)
         assert model.directions[1] == pytest.approx(direction, rel=1e-12)
 

@@ -12,7 +12,7 @@ from helpers.mixtures import mixture
 import carom
 from carom.errors import InputError
 from carom.models import Active, SquareWell, own
-from carom.models.drives import Andersen, Brownian, Langevin, kick, next_time
+from carom.models.drives import Andersen, Brownian, Langevin
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER, Particles
@@ -128,8 +128,8 @@ def test_no_draw_of_a_bath_is_used_twice(d):
     )
     v, due = np.zeros((count, d)), [bath.due[1]]
     for k in range(count):
-        kick(bath, 1, 1.0, np.zeros(d), v[k], due[k])
-        due.append(next_time(bath, 1, np.zeros(d), v[k], due[k]))
+        bath.kick(1, 1.0, np.zeros(d), v[k], due[k])
+        due.append(bath.next_time(1, np.zeros(d), v[k], due[k]))
     # In the order of the draws. By reflection x y^2 is nothing on average, with a variance of 3; numbers that
     # share a draw have 0.28, if it is the angle of one and the size of the other.
     x, waits = v.ravel(), np.repeat(np.diff(due) - 1.0, d)

@@ -24,7 +24,7 @@ from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.obstacle import arrival, encounter, fall, outward, recoil, surface_speed
 from carom.models.questions.particles import NEVER, Particles
-from carom.models.questions.path import pace, place
+from carom.models.questions.path import PathModel
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays
 from carom.units import TimeUnit
@@ -83,7 +83,7 @@ def test_contacts_are_those_found_by_looking_everywhere(d, shaken):
             obstacle = value.live(particles(d))._replace(body=body)
 
         def away(t, swing=swing, direction=direction):
-            return place(swing, t) * direction if shaken else 0.0 * direction
+            return swing.place(t) * direction if shaken else 0.0 * direction
 
         for _ in range(4):
             x, v = rng.uniform(-2.0, 2.0, d), 2.0 * rng.normal(size=d)
@@ -134,20 +134,16 @@ def test_straight_flight_meets_what_moves():
     assert arrival(floor, np.array([5.0]), np.array([0.1]), RADIUS, 0.0, 0.0) == NEVER
 
 
-class Bump(NamedTuple):
+class Bump(PathModel):
     """A path of one's own: exp(sin(w t)) / 4."""
 
     w: float
 
+    def place(self, t):
+        return 0.25 * math.exp(math.sin(self.w * t))
 
-@place.register
-def _(path: Bump, t):
-    return 0.25 * math.exp(math.sin(path.w * t))
-
-
-@pace.register
-def _(path: Bump, t):
-    return 0.25 * path.w * math.cos(path.w * t) * math.exp(math.sin(path.w * t))
+    def pace(self, t):
+        return 0.25 * self.w * math.cos(self.w * t) * math.exp(math.sin(self.w * t))
 
 
 class Bumps:
@@ -162,9 +158,9 @@ class Bumps:
 def test_a_path_of_ones_own_is_met():
     floor = Shaken(Plane((1.0,), 0.0), (1.0,), Bumps()).live(particles(1))
     t = fall(floor, (-1.0,), np.array([4.0]), np.array([0.0]), RADIUS, 0.0, 0.0)
-    assert abs(4.0 - 0.5 * t * t - RADIUS - place(floor.course.path, t)) < 1e-14
+    assert abs(4.0 - 0.5 * t * t - RADIUS - floor.course.path.place(t)) < 1e-14
     for s in np.linspace(0.0, t, 1000)[:-1]:
-        assert 4.0 - 0.5 * s * s - RADIUS > place(floor.course.path, s)
+        assert 4.0 - 0.5 * s * s - RADIUS > floor.course.path.place(s)
 
 
 def test_parabolas_close_and_know_their_bounds():
@@ -173,7 +169,7 @@ def test_parabolas_close_and_know_their_bounds():
     assert (path.lowest, path.highest, path.period) == (-0.25, 0.25, 2.0)
     for t in np.linspace(0.0, 4.0, 81):
         s = t % 2.0
-        assert math.isclose(place(model, t), s - s * s if s < 1.0 else (s - 1.0) * (s - 2.0), abs_tol=1e-15)
+        assert math.isclose(model.place(t), s - s * s if s < 1.0 else (s - 1.0) * (s - 2.0), abs_tol=1e-15)
     with pytest.raises(InputError, match="where it started"):
         Parabolas([(1.0, -2.0)], speed=1.0)
 

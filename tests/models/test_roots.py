@@ -1,18 +1,17 @@
 """The next time at which a function is <= 0 and falling: none missed, to the last bit of the bracket."""
 
 import math
-from typing import NamedTuple
 
 import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.mathematics.roots import Curve, next_fall
 from carom.models.questions.particles import NEVER
 
 
-class Cubic(NamedTuple):
+class Cubic(Curve):
     """((a t + b) t + c) t + d."""
 
     a: float
@@ -20,23 +19,17 @@ class Cubic(NamedTuple):
     c: float
     d: float
 
+    def value(self, t):
+        return ((self.a * t + self.b) * t + self.c) * t + self.d
 
-@value.register
-def _(curve: Cubic, t):
-    return ((curve.a * t + curve.b) * t + curve.c) * t + curve.d
+    def slope(self, t):
+        return (3.0 * self.a * t + 2.0 * self.b) * t + self.c
 
-
-@slope.register
-def _(curve: Cubic, t):
-    return (3.0 * curve.a * t + 2.0 * curve.b) * t + curve.c
-
-
-@curvature.register
-def _(curve: Cubic, start, end):
-    return max(abs(6.0 * curve.a * start + 2.0 * curve.b), abs(6.0 * curve.a * end + 2.0 * curve.b))
+    def curvature(self, start, end):
+        return max(abs(6.0 * self.a * start + 2.0 * self.b), abs(6.0 * self.a * end + 2.0 * self.b))
 
 
-class Ripple(NamedTuple):
+class Ripple(Curve):
     """h + v t + g t^2 / 2 - A sin(w t + phase)."""
 
     h: float
@@ -46,20 +39,14 @@ class Ripple(NamedTuple):
     w: float
     phase: float
 
+    def value(self, t):
+        return self.h + (self.v + 0.5 * self.g * t) * t - self.amplitude * math.sin(self.w * t + self.phase)
 
-@value.register
-def _(curve: Ripple, t):
-    return curve.h + (curve.v + 0.5 * curve.g * t) * t - curve.amplitude * math.sin(curve.w * t + curve.phase)
+    def slope(self, t):
+        return self.v + self.g * t - self.amplitude * self.w * math.cos(self.w * t + self.phase)
 
-
-@slope.register
-def _(curve: Ripple, t):
-    return curve.v + curve.g * t - curve.amplitude * curve.w * math.cos(curve.w * t + curve.phase)
-
-
-@curvature.register
-def _(curve: Ripple, start, end):
-    return abs(curve.g) + curve.amplitude * curve.w**2
+    def curvature(self, start, end):
+        return abs(self.g) + self.amplitude * self.w**2
 
 
 def precisely(curve, t):
@@ -100,12 +87,12 @@ def test_no_zero_of_a_cubic_is_missed(numbers):
     curve = Cubic(*numbers)
     found = next_fall(curve, 8.0)
     grid = np.linspace(0.0, min(found, 8.0), 4001)[:-1]
-    values = value(curve, grid)
+    values = curve.value(grid)
     started = bool(values[0] > 0.0)
     # Before the time found, the function does not fall through zero.
     assert not (started and (values < -1e-12).any())
     if NEVER > found > 0.0:
-        assert abs(value(curve, found)) < 1e-9 or slope(curve, found) <= 0.0
+        assert abs(curve.value(found)) < 1e-9 or curve.slope(found) <= 0.0
 
 
 ripples = st.builds(
@@ -122,7 +109,7 @@ ripples = st.builds(
 @given(ripples)
 def test_the_zero_of_a_parabola_over_a_sine_is_the_first_one_to_the_last_bit(curve):
     limit = 5.0
-    if value(curve, 0.0) <= 0.0:
+    if curve.value(0.0) <= 0.0:
         curve = curve._replace(h=curve.h + curve.amplitude + 0.01)
     found, wanted = next_fall(curve, limit), first_zero(curve, limit)
     if wanted is None:
@@ -135,23 +122,23 @@ def test_the_zero_of_a_parabola_over_a_sine_is_the_first_one_to_the_last_bit(cur
         assert abs(s) < 1e-5
     # The bracket: > 0 at the double before, and <= 0 there, as doubles compute it.
     before = math.nextafter(found, 0.0)
-    assert value(curve, found) <= 0.0 < value(curve, before) or abs(slope(curve, found)) < 1e-6
+    assert curve.value(found) <= 0.0 < curve.value(before) or abs(curve.slope(found)) < 1e-6
 
 
 @given(ripples)
 def test_a_contact_that_was_just_processed_is_not_found_again(curve):
     found = next_fall(curve, 5.0)
-    if found == NEVER or not value(curve, found) <= 0.0:
+    if found == NEVER or not curve.value(found) <= 0.0:
         return
     # Thrown back, it moves away; the hair by which it may be inside is no contact.
     away = curve._replace(
         h=curve.h + (curve.v + 0.5 * curve.g * found) * found,
-        v=curve.v + curve.g * found - 2.0 * slope(curve, found),
+        v=curve.v + curve.g * found - 2.0 * curve.slope(found),
         phase=curve.phase + curve.w * found,
     )
     again = next_fall(away, 5.0)
-    if slope(away, 0.0) > 1e-3:
-        assert again >= slope(away, 0.0) / curvature(away, 0.0, 5.0)
+    if away.slope(0.0) > 1e-3:
+        assert again >= away.slope(0.0) / away.curvature(0.0, 5.0)
 
 
 def test_what_is_inside_and_goes_deeper_falls_now():

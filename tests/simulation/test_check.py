@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.paths import Sine
-from carom.models.questions.path import pace, place
+from carom.models.questions.path import PathModel
 from carom.simulation.explanation import explain
 from carom.simulation.model_validation import own_models
 
@@ -140,18 +140,14 @@ def test_an_obstacle_is_tried_in_a_field():
     assert "encounter" in conditions(Floor("late"), motion=falling)
 
 
-class Swing(NamedTuple):
+class Swing(PathModel):
     w: float
 
+    def place(self, t):
+        return 0.2 * math.sin(self.w * t)
 
-@place.register
-def _(path: Swing, t):
-    return 0.2 * math.sin(path.w * t)
-
-
-@pace.register
-def _(path: Swing, t):
-    return 0.2 * path.w * math.cos(path.w * t)
+    def pace(self, t):
+        return 0.2 * self.w * math.cos(self.w * t)
 
 
 @dataclass(frozen=True)

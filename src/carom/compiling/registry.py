@@ -11,7 +11,7 @@ from collections import namedtuple
 from functools import singledispatch, wraps
 from inspect import CO_VARARGS
 from types import FunctionType
-from typing import Any, ClassVar, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
 from carom.errors import InputError
 
@@ -55,7 +55,11 @@ class Questions(tuple[Any, ...], metaclass=_Tuples):
     """
 
     _fields: ClassVar[tuple[str, ...]]
-    _replace: Any
+
+    if TYPE_CHECKING:
+
+        def _replace(self, **fields: Any) -> Self:
+            """Return the model with other values of some fields."""
 
 
 def fast(function):

@@ -19,7 +19,6 @@ from carom.engine.observers.interface import (
 from carom.engine.obstacles import gained, reflect_component, soonest
 from carom.engine.rules import rule_event, run_rule
 from carom.engine.search import FromRows, start_before
-from carom.models.drives import kick, next_time
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import growth, mass
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
@@ -154,7 +153,7 @@ def kick_event(timers, model, state, i, now, t, code):
         timers.v[axis] = math.ldexp(timers.v[axis], -timers.exponent)
     begun = _since(timers, state)
     time = math.ldexp(begun + now, timers.exponent)
-    next_kick = next_time(timers.drive, i, timers.x, timers.v, time)
+    next_kick = timers.drive.next_time(i, timers.x, timers.v, time)
     until = max(math.ldexp(np.float64(next_kick), -timers.exponent) - begun, now)
     return (until, TIMER_EVENT) if until < t else (t, code)
 
@@ -176,7 +175,7 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         timers.v[axis] = math.ldexp(v, -timers.exponent)
     weight = mass(model.pair, i)
     time = math.ldexp(_since(timers, state) + now, timers.exponent)
-    kick(timers.drive, i, weight, timers.x, timers.v, time)
+    timers.drive.kick(i, weight, timers.x, timers.v, time)
     after = 0.0
     for axis in range(len(me.v)):
         me.v[axis] = math.ldexp(timers.v[axis], timers.exponent)

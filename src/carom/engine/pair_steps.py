@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import asked_of
-from carom.compiling.registry import answering, optional
 from carom.engine.boundary import NearestImage
 from carom.errors import CaromError
 from carom.models.questions.particles import NEVER
@@ -61,13 +60,11 @@ class SteppedImage(NearestImage):
         return (self.index(ref) << self.bits) | kind
 
 
-@optional
 def fresh_word(pair_steps, i, j):
     """Return the word under which i lists j, a newcomer from beyond all steps."""
-    return np.uint32(j)
+    return np.uint32(j) if pair_steps is None else pair_steps.fresh_word(i, j)
 
 
-@answering(fresh_word)
 class PairSteps(NamedTuple):
     """How words of lists name steps; None without steps."""
 
@@ -78,7 +75,6 @@ class PairSteps(NamedTuple):
         return np.uint32(j << self.bits)
 
 
-@answering(fresh_word)
 class SpeciesSteps(NamedTuple):
     """The same where pairs of species have steps of their own."""
 

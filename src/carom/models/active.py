@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import answering
 from carom.declared import SEED, word
 from carom.errors import InputError
-from carom.models import drives
-from carom.models.drives import Bath, Noise, Temperatures, by_species, kick, next_time, of_each
+from carom.models.drives import Bath, DriveModel, Noise, Temperatures, by_species, of_each
 from carom.models.fields import ABOVE
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.memory import kept, parameter
@@ -25,8 +23,7 @@ from carom.models.questions.particles import Particles
 KINDS = ("diffusion", "tumble")
 
 
-@answering(drives)
-class Propulsion(NamedTuple):
+class Propulsion(DriveModel):
     """A kick turns a direction; the new velocity is along it, plus noise."""
 
     noise: Noise  # the noise, which keeps nothing of a velocity; it counts the kicks
@@ -42,11 +39,11 @@ class Propulsion(NamedTuple):
         return self.noise.drawn
 
     def next_time(self, i, x, v, time):
-        return next_time(self.noise, i, x, v, time)
+        return self.noise.next_time(i, x, v, time)
 
     def kick(self, i, mass, x, v, time):
         _turn(self, i, self.noise.drawn[i], v)  # the noise keeps nothing of v: it is room
-        kick(self.noise, i, mass, x, v, time)
+        self.noise.kick(i, mass, x, v, time)
         for axis in range(len(v)):
             v[axis] += self.speed[i] * self.directions[i, axis]
 

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import answering, optional, required
+from carom.compiling.registry import Questions
 from carom.declared import SEED, Check, number, said, schema_of_several
 from carom.errors import InputError
 from carom.models.fields import ABOVE, Value
@@ -41,26 +41,27 @@ class Drive(Protocol):
         """Return the model that the engine compiles: a NamedTuple that answers the questions below."""
 
 
-@optional
-def next_time(drive, i, x, v, time):
-    """Return when component i has its next event, since the start of the run [time]; ``NEVER`` without one.
+class DriveModel(Questions):
+    """What a drive answers."""
 
-    ``x`` in the box and ``v`` are (d,) arrays at ``time``, since the start of the run. It is asked whenever i
-    has another velocity, and at other times: the answer must not depend on when, nor lie in the past.
-    """
-    return NEVER
+    def next_time(self, i, x, v, time):
+        """Return when component i has its next event, since the start of the run [time], or NEVER.
+
+        ``x`` in the box and ``v`` are (d,) arrays at ``time``, since the start of the run. It is asked
+        whenever i has another velocity, and at other times: the answer must not depend on when, nor lie in
+        the past.
+        """
+        return NEVER
+
+    def kick(self, i, mass, x, v, time):
+        """Let the event of i happen at ``time`` since the start: write its new velocity into ``v``.
+
+        ``x`` in the box and ``v`` are (d,) arrays. The arrays of ``drive`` may be written to.
+        """
+        raise NotImplementedError
 
 
-@required
-def kick(drive, i, mass, x, v, time):
-    """Let the event of i happen at ``time`` since the start: write its new velocity into ``v``.
-
-    ``x`` in the box and ``v`` are (d,) arrays. The arrays of ``drive`` may be written to.
-    """
-
-
-@answering(kick, next_time)
-class Noise(NamedTuple):
+class Noise(DriveModel):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
     keep: float  # part of the velocity that remains

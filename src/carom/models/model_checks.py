@@ -10,7 +10,6 @@ from carom import checks, meant
 from carom.compiling import registry
 from carom.compiling.faults import unknown_part
 from carom.errors import InputError
-from carom.models import drives
 from carom.models.contacts.restitution import Restitution
 from carom.models.files import parameters, tables
 from carom.models.interactions.hard_cores import HardCores
@@ -29,7 +28,7 @@ REQUIRED: dict[str, tuple[Any, ...]] = {
     "interaction": (interaction_time, jump),
     "motion": ("position", "velocity"),
     "impact": (transfer,),
-    "drive": (drives.next_time, drives.kick),
+    "drive": ("next_time", "kick"),
 }
 """The questions that the model of each kind must answer."""
 

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import seeds
-from carom.compiling.registry import answering
 from carom.declared import SEED, switch
 from carom.errors import InputError
-from carom.models import drives
-from carom.models.drives import Noise, noise_of
+from carom.models.drives import DriveModel, Noise, noise_of
 from carom.models.fields import ABOVE, Value
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 
-@answering(drives)
-class PairNoise(NamedTuple):
+class PairNoise(DriveModel):
     """In every interval each component meets a random other, and the two are kicked by opposite momenta.
 
     Each kick is an event of one component; both are at one instant. Who meets whom is a round of a

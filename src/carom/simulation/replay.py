@@ -27,6 +27,7 @@ from carom.engine.build import make_model
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
 from carom.engine.lattice import in_lattice
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.observers.event_log import make_log
 from carom.engine.observers.interface import chained
 from carom.engine.obstacles import numbers_of
@@ -100,6 +101,7 @@ class Replay:
             self._arrays = make_state(places, speeds, self._clock.length, True, np.float64)
             shape = np.array(initial["shape"], dtype=np.int64)
             self._words = Words(system, scene, model.pair, shape, int(initial["bits"]))
+            self._neighbors: Any = self._words.listed or NeighborScheme()  # which takes notice of nothing
             self._log = make_log(1)
             self._model = model._replace(boundary=self._words.boundary, observers=chained([self._log]))
             values = (scene.interaction, scene.motion, scene.impact, scene.drive)
@@ -230,7 +232,7 @@ class Replay:
     def _enter_epoch(self, epoch: int) -> None:
         """Bring all particles to the beginning of every epoch up to this one."""
         while self._clock.epoch < epoch:
-            new_epoch(self._model, self._state, self._words.listed)
+            new_epoch(self._model, self._state, self._neighbors)
             self._clock.epoch += 1
             self._clock.offset = 0.0
 
@@ -239,7 +241,7 @@ class Replay:
         model, log = self._model, self._log
         log.used[0] = 0
         ref = self._words.of(model, self._state, i, j, code, now)
-        collide(model, self._state, self._words.listed, self._tally, i, ref, now)
+        collide(model, self._state, self._neighbors, self._tally, i, ref, now)
         if self._words.listed is not None:
             found = int(log.ref[0]) & ((1 << model.boundary.bits) - 1)
             self._compare(found, kind, f"{i} and {j}", "kind")
@@ -251,7 +253,7 @@ class Replay:
         log.used[0] = 0
         fixed = k < len(self._fixed)
         code = OBSTACLE - self._numbers[k] if fixed else TIMER_EVENT
-        run_one_body(self._model, self._state, self._words.listed, i, code, now)
+        run_one_body(self._model, self._state, self._neighbors, i, code, now)
         if fixed:
             self._compare(float(log.impulse[0]), impulse, f"{i} and {self._fixed[k]}")
 

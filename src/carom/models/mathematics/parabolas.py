@@ -10,13 +10,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, required
-from carom.models.mathematics import roots
-from carom.models.mathematics.roots import next_fall
-from carom.models.questions import path
+from carom.compiling.registry import required
+from carom.models.mathematics.roots import Curve, next_fall
 from carom.models.questions.memory import parameter
 from carom.models.questions.particles import NEVER
-from carom.models.questions.path import pace, place
+from carom.models.questions.path import PathModel
 
 SURE = 1.0 + 2.0**-30
 """A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
@@ -25,8 +23,7 @@ HOP = 2.0**-48
 """Part of the longest edge to which what rests on a surface is thrown at least: 32 roundings of a place."""
 
 
-@answering(path)
-class Still(NamedTuple):
+class Still(PathModel):
     """No displacement."""
 
     still: bool = True  # always true: an empty tuple would count as false
@@ -98,8 +95,7 @@ def time_to_moving(body, course, start, g, x, v, radius, growth):
     """
 
 
-@answering(roots)
-class Lift(NamedTuple):
+class Lift(Curve):
     """Height of a component above a plane that moves."""
 
     course: Course
@@ -111,10 +107,10 @@ class Lift(NamedTuple):
 
     def value(self, t):
         flight = self.height + (self.speed + 0.5 * self.acceleration * t) * t
-        return flight - self.slant * place(self.course.path, self.start + t)
+        return flight - self.slant * self.course.path.place(self.start + t)
 
     def slope(self, t):
-        return self.speed + self.acceleration * t - self.slant * pace(self.course.path, self.start + t)
+        return self.speed + self.acceleration * t - self.slant * self.course.path.pace(self.start + t)
 
     def curvature(self, start, end):
         return abs(self.acceleration) + abs(self.slant) * self.course.bend
@@ -161,8 +157,7 @@ def later(curve, t):
     )
 
 
-@answering(roots)
-class Gap(NamedTuple):
+class Gap(Curve):
     """How far a component is from a ball, or from the inside of a container, in squares of distances."""
 
     course: Course
@@ -195,7 +190,7 @@ class Gap(NamedTuple):
 
 def gap_at(curve, t):
     """Return r.r, r.v, v.v, and a bound on the magnitude of the relative acceleration."""
-    wall_position, rate = place(curve.course.path, curve.start + t), pace(curve.course.path, curve.start + t)
+    wall_position, rate = curve.course.path.place(curve.start + t), curve.course.path.pace(curve.start + t)
     rr = 0.0
     rv = 0.0
     vv = 0.0

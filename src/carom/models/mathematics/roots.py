@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import Questions
 from carom.models.questions.particles import NEVER
 
 WIDER = 4.0  # the next interval over which K is asked for is so many times as long as the last step
@@ -21,19 +21,20 @@ SHORTEST = 2.0**-50
 """Part of the time searched by which a search goes on at least: two zeros nearer than that are one."""
 
 
-@required
-def value(curve, t):
-    """Return the function at the time t."""
+class Curve(Questions):
+    """A smooth function of time."""
 
+    def value(self, t):
+        """Return the function at the time t."""
+        raise NotImplementedError
 
-@required
-def slope(curve, t):
-    """Return its first derivative at the time t."""
+    def slope(self, t):
+        """Return its first derivative at the time t."""
+        raise NotImplementedError
 
-
-@required
-def curvature(curve, start, end):
-    """Return a bound on the second derivative's magnitude between two times, finite between finite ones."""
+    def curvature(self, start, end):
+        """Return a bound on the second derivative between two times, finite between finite ones."""
+        raise NotImplementedError
 
 
 def next_fall(curve, limit):
@@ -46,11 +47,11 @@ def next_fall(curve, limit):
     window = limit
     least = SHORTEST * limit
     while t <= limit:
-        f, s = value(curve, t), slope(curve, t)
+        f, s = curve.value(t), curve.slope(t)
         if f <= 0.0 and s < 0.0:
             return t
         window = min(window, limit - t)
-        bound = curvature(curve, t, t + window)
+        bound = curve.curvature(t, t + window)
         if f > 0.0:
             newton = f / -s if s < 0.0 else NEVER
             if 2.0 * newton <= window and 2.0 * bound * newton <= -s:
@@ -70,7 +71,7 @@ def bracketed(curve, low, high, newton):
     """Return where a function falling from ``low`` to ``high`` is <= 0, but > 0 at the double before."""
     t = low + newton
     for _ in range(8):  # quadratic from here: fewer are used
-        f, s = value(curve, t), slope(curve, t)
+        f, s = curve.value(t), curve.slope(t)
         if f > 0.0:
             low = max(low, t)
         else:
@@ -83,14 +84,14 @@ def bracketed(curve, low, high, newton):
     # Newton's method comes from one side, and leaves the other end of the bracket where it was.
     resolution = 2.0 * np.spacing(t)
     while low < t - resolution:
-        if value(curve, t - resolution) > 0.0:
+        if curve.value(t - resolution) > 0.0:
             low = t - resolution
             break
         high = t - resolution
         resolution *= 4.0
     resolution = 2.0 * np.spacing(t)
     while high > t + resolution:
-        if value(curve, t + resolution) <= 0.0:
+        if curve.value(t + resolution) <= 0.0:
             high = t + resolution
             break
         low = t + resolution
@@ -99,7 +100,7 @@ def bracketed(curve, low, high, newton):
         middle = low + 0.5 * (high - low)
         if not low < middle < high:
             return high
-        if value(curve, middle) > 0.0:
+        if curve.value(middle) > 0.0:
             low = middle
         else:
             high = middle

@@ -10,17 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import positive
 from carom.errors import InputError
 from carom.models.fields import Value
 from carom.models.interactions.hard_cores import HardCores
-from carom.models.mathematics import roots
-from carom.models.mathematics.roots import next_fall, value
+from carom.models.mathematics.roots import Curve, next_fall
 from carom.models.questions.motion import MotionModel
 from carom.models.questions.particles import NEVER, Particles
 
@@ -166,7 +164,7 @@ class Circles(MotionModel):
         curve = Gap(
             me, other, self.center, speed_i / self.radius, speed_j / self.radius, now, contact, rate, bound
         )
-        gap = value(curve, 0.0)
+        gap = curve.value(0.0)
         # Nothing shrinks the gap faster than both speeds and the growth together.
         if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (speed_i + speed_j + rate) * limit:
             return NEVER, False
@@ -205,8 +203,7 @@ def speed_of(v):
     return np.sqrt(square)
 
 
-@answering(roots)
-class Gap(NamedTuple):
+class Gap(Curve):
     """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
 
     me: Any  # old event of the one

@@ -27,7 +27,6 @@ from carom.models.obstacles.outlines import Hull, directions, images
 from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import anchor, closest, encounter, fall, is_periodic, outward, rounding
 from carom.models.questions.particles import NEVER
-from carom.models.questions.path import place
 from carom.texts import axis_name
 
 SAME_POINT = 2.0**-20
@@ -67,7 +66,7 @@ def plane_after_plane(body, course, start, g, x, v, radius, growth):
         limit = NEVER if moves else course.period
     t = 0.0
     while t <= limit and t < NEVER:
-        shift = 0.0 if course is None else place(course.path, start + t)
+        shift = 0.0 if course is None else course.path.place(start + t)
         for axis in range(dimension):
             bend = 0.0 if g is None else 0.5 * g[axis] * t
             there[axis] = x[axis] + (v[axis] + bend) * t

@@ -27,7 +27,6 @@ from carom.models.obstacles.shaken import displaced
 from carom.models.obstacles.surfaces import hot, lossy
 from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
-from carom.models.questions.path import place
 from carom.units import TimeUnit
 
 ONE = TimeUnit()  # the scene's own unit of time
@@ -90,7 +89,7 @@ class Dressed(Declared):
         away: Any = 0.0
         if self.path is not None:
             path, period = self.path.model(unit), Fraction(float(unit.to_kernel(self.path.period, 1)))
-            along = [place(path, float(Fraction(t) % period)) for t in np.atleast_1d(times).tolist()]
+            along = [path.place(float(Fraction(t) % period)) for t in np.atleast_1d(times).tolist()]
             away = np.array(along)[:, None] * np.array(self.direction)
         return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
 

@@ -16,18 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.declared import number, positive, said
 from carom.errors import InputError
 from carom.models.fields import FIELD, Value
-from carom.models.questions import path
 from carom.models.questions.memory import parameter
-from carom.models.questions.path import pace, place
+from carom.models.questions.path import PathModel
 from carom.units import TimeUnit
 
 
@@ -73,8 +71,9 @@ def check_path(path: Any, name: str) -> Any:
             "A path must have lowest <= highest, and a period > 0 (longer than the run, where it does not "
             f"repeat itself); found {bounds}."
         )
-    for question in (place, pace):
-        checks.answer(question, path.model(TimeUnit()), 0.0)
+    model = path.model(TimeUnit())
+    for question in (model.place, model.pace):
+        checks.answer(question, 0.0)
     return path
 
 
@@ -136,8 +135,7 @@ class Sine(Value):
         return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
 
 
-@answering(path)
-class Swing(NamedTuple):
+class Swing(PathModel):
     """``amplitude sin(frequency t + phase)``."""
 
     amplitude: float  # largest displacement [length]
@@ -255,8 +253,7 @@ class Parabolas(Value):
         )
 
 
-@answering(path)
-class Arcs(NamedTuple):
+class Arcs(PathModel):
     """Pieces of parabolas."""
 
     times: Annotated[np.ndarray, parameter(1)]

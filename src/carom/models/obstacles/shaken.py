@@ -15,7 +15,6 @@ from carom.models.questions import memory, obstacle
 from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.obstacle import anchor, arrival, fall, is_periodic, outward, surface_speed
 from carom.models.questions.particles import Particles
-from carom.models.questions.path import pace, place
 
 
 @answering(memory, obstacle)
@@ -60,7 +59,7 @@ class Displaced(NamedTuple):
         return anchor(self.body, axis)
 
     def at_time(self, now):
-        self.away[0] = place(self.course.path, self.phase[0] + now)
+        self.away[0] = self.course.path.place(self.phase[0] + now)
 
     def outward(self, x, axis):
         for k in range(len(self.shifted)):
@@ -71,10 +70,10 @@ class Displaced(NamedTuple):
         along = 0.0
         for axis in range(len(self.course.direction)):
             along += normal[axis] * self.course.direction[axis]
-        return along * pace(self.course.path, self.phase[0] + now)
+        return along * self.course.path.pace(self.phase[0] + now)
 
     def surface_velocity(self, axis, now):
-        return self.course.direction[axis] * pace(self.course.path, self.phase[0] + now)
+        return self.course.direction[axis] * self.course.path.pace(self.phase[0] + now)
 
     def rest_speed(self):
         return self.rest

@@ -6,7 +6,7 @@ import inspect
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from carom.models import drives
+from carom.models.drives import DriveModel
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.questions import (
     contact,
@@ -14,10 +14,10 @@ from carom.models.questions import (
     memory,
     observer,
     obstacle,
-    path,
     steps,
 )
 from carom.models.questions.motion import MotionModel
+from carom.models.questions.path import PathModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +166,9 @@ CONVEX = replace(OBSTACLE, required=("closest",))
 """All else follows from the closest point."""
 DRIVE = Kind(
     "drive",
-    _named(drives.next_time, drives.kick),
+    _named(DriveModel.next_time, DriveModel.kick),
     ("next_time", "kick"),
+    base=DriveModel,
     may={**OF_SCENES, "pace": ("self", "scene"), "conserves_momentum": ()},
     converted=False,
 )
@@ -180,7 +181,8 @@ OBSERVER = Kind(
 )
 PATH = Kind(
     "path",
-    _named(path.place, path.pace),
+    _named(PathModel.place, PathModel.pace),
     ("place", "pace"),
-    {"lowest": (), "highest": (), "period": (), "acceleration": ()},
+    base=PathModel,
+    asked={"lowest": (), "highest": (), "period": (), "acceleration": ()},
 )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from carom.compiling.registry import required
+from carom.compiling.registry import Questions
 
 
-@required
-def place(path, t):
-    """Return the displacement at a time since the start of the run, reduced by whole periods [length]."""
+class PathModel(Questions):
+    """What the path of an obstacle answers."""
 
+    def place(self, t):
+        """Return the displacement at a time since the start of the run, reduced by whole periods [length]."""
+        raise NotImplementedError
 
-@required
-def pace(path, t):
-    """Return the velocity at that time: the derivative of :func:`place`."""
+    def pace(self, t):
+        """Return the velocity at that time: the derivative of :func:`place`."""
+        raise NotImplementedError

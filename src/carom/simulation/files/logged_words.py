@@ -81,7 +81,7 @@ class Words:
             return j
         rows = [copy.deepcopy(state.rows[k]) for k in (i, j)]
         for k in range(2):
-            advance(model, state._replace(rows=rows, images=None), None, k, now)
+            advance(model, state._replace(rows=rows, images=None), NeighborScheme(), k, now)
         contact = math.sqrt(core_square(model.pair, i, j, now))
         return j << self.boundary.bits | self._image(np.array([row.x for row in rows]), code, contact)
 

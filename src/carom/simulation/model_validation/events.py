@@ -9,7 +9,6 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.drives import kick, next_time
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 from carom.models.questions.particles import NEVER
@@ -30,7 +29,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
     mass, time = float(setting.particles.masses[i]), 0.0
     first = math.inf
     for _ in range(AT_ONCE):
-        next_kick = number_of(next_time, drive, i, x, v, time)
+        next_kick = number_of(drive.next_time, i, x, v, time)
         facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": next_kick}
         tolerance = TOLERANCE * max(abs(time), setting.size / speed)
         record.note("due", setting.dimension, next_kick >= time - tolerance, **facts)
@@ -39,7 +38,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
         left = setting.size / speed if next_kick == NEVER else max(next_kick - time, 0.0)
         for part in sorted(rng.uniform(size=2)):
             there, then = flown(setting, x, v, part * left)
-            again = number_of(next_time, drive, i, there, then, time + part * left)
+            again = number_of(drive.next_time, i, there, then, time + part * left)
             same = again == next_kick or abs(again - next_kick) <= tolerance + TOLERANCE * left
             record.note("asked", setting.dimension, same, **facts, asked=time + part * left, again=again)
         if next_kick == NEVER:
@@ -47,7 +46,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
         x, v = flown(setting, x, v, left)
         time = max(next_kick, time)
         first = min(first, time)
-        if (returned := kick(drive, i, mass, x, v, time)) is not None:
+        if (returned := drive.kick(i, mass, x, v, time)) is not None:
             raise InputError(
                 f"kick of {type(drive).__name__} returns {checks.describe(returned)}; expected nothing: "
                 "write the new velocity into v, v[axis] = ..."
