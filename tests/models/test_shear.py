@@ -8,7 +8,6 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.neighbors import lists_of
 from helpers.sheared import Naive
@@ -329,12 +328,6 @@ def test_time_runs_backwards():
     distance = back.frame().positions - scene.positions
     distance -= np.rint(distance / scene.box) * scene.box
     assert np.abs(distance).max() < 1e-6
-
-
-@pytest.mark.usefixtures("both_ways")
-def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
-    whole, again = assert_goes_on(gas(3, 30), tmp_path, 60)
-    assert flux(again).tobytes() == flux(whole).tobytes()
 
 
 @pytest.mark.usefixtures("plain")

@@ -255,7 +255,7 @@ def assert_of_unit_variance(pulls):
 
 def test_error_bars_of_walls_cover_although_sound_carries_blocks():
     # Of the momentum taken up alone they would be 4 times too wide: pulls of 0.25.
-    assert_of_unit_variance(pulls_of_walls(2, 40, 0.3, (True, False), 32))
+    assert_of_unit_variance(pulls_of_walls(2, 40, 0.3, (True, False), 16))
 
 
 @pytest.mark.slow

@@ -86,7 +86,7 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
         stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
 
 
-def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work(plain):
+def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work():
     n, eta, growth, duration = 16, 0.2, 4e-3, 10.0
     sim = carom.Simulation(
         carom.Scene.random(n, eta, seed=1),

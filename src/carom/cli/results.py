@@ -185,7 +185,8 @@ def _physics(summary: dict[str, Any]) -> Table:
     if barostat := summary.get("barostat"):
         reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
         shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))
-        shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
+        if barostat["step"] is not None:
+            shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
     if (rate := summary["collision_rate"])["mean"] is not None:
         shown.append(("collision rate of one", _with_error(rate)))
     if (swaps := summary.get("swaps")) and swaps["tried"]:

@@ -391,6 +391,17 @@ def worst(
     return Overlap(i, j, float(distances[k]), float(contact[k]))
 
 
+def closest(positions: np.ndarray, room: Geometry, contacts: Contacts) -> float:
+    """Return the least distance of two spheres over that at which they touch."""
+    skin, pairs = 0.01, np.empty((0, 2), np.int64)
+    if len(positions) <= FEW:
+        pairs = np.stack(np.triu_indices(len(positions), 1), axis=1)
+    while not len(pairs):
+        skin *= 4.0
+        pairs = room.pairs(positions, contacts, 1.0 + skin)
+    return float((room.distances(positions, pairs) / contacts.of(pairs)).min())
+
+
 def intruder(
     positions: np.ndarray,
     room: Geometry,

@@ -195,9 +195,7 @@ def load(
         run_state.sweeps = sweeps
         run_state.oscillation = oscillation_of(scene, stage)
         if moves := _moves_of(attributes, "volume_moves", VolumeMoves, Barostat):
-            if moves.step > 1.0:
-                raise ValueError("the step of its barostat is above 1")
-            run_state.volume_moves = moves._replace(tunes=0)  # of a state saved in an equilibration, too
+            run_state.volume_moves = moves
         run_state.counted = checkpoint_validation.whole(attributes, "counted", 0, LAST_EPOCH)
         epoch, offset = (
             checkpoint_validation.whole(attributes, "epoch", 0, LAST_EPOCH),

@@ -17,7 +17,6 @@ from carom.observables.analysis.drift import STUCK
 from carom.observables.analysis.equilibrium import RENEWED, RENEWED_OTHERWISE, caged, slow_structure
 from carom.scene.fields import is_usual, standing
 from carom.simulation.measuring import stretches
-from carom.simulation.moves.barostat import tuning
 from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
@@ -155,14 +154,13 @@ def equilibrate(
         if progress is not None:
             progress(min((sim.collisions - start) / collisions, 1.0) if collisions else 1.0)
 
-    with tuning(sim._state):
-        if kT is not None and sim._state.system.drive is None:
-            Equilibration(sim, kT, collisions).run(look)
-        else:
-            if kT is not None:
-                sim.rescale(kT)
-            sim.run(collisions=collisions, progress=look)
-        _leave_neighborhoods(sim, start, collisions, relaxation)
+    if kT is not None and sim._state.system.drive is None:
+        Equilibration(sim, kT, collisions).run(look)
+    else:
+        if kT is not None:
+            sim.rescale(kT)
+        sim.run(collisions=collisions, progress=look)
+    _leave_neighborhoods(sim, start, collisions, relaxation)
 
 
 def _leave_neighborhoods(

@@ -26,7 +26,6 @@ from carom.simulation.measuring import stretches
 from carom.simulation.measuring.depths import deepest, present
 from carom.simulation.measuring.equilibration import Equilibration, exchanges
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.moves.barostat import tuning
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
@@ -185,14 +184,13 @@ class Run:
             self._look()
 
         look(0.0) if target else self._look()
-        with tuning(sim._state):
-            if self._brings_to_temperature():
-                assert self.plan.run.kT is not None
-                rounds = Equilibration(sim, self.plan.run.kT, target, self.stretch.rounds)
-                self.stretch.rounds = rounds.begun
-                rounds.run(look)
-            elif sim.collisions < target:
-                sim.run(collisions=target - sim.collisions, progress=look)
+        if self._brings_to_temperature():
+            assert self.plan.run.kT is not None
+            rounds = Equilibration(sim, self.plan.run.kT, target, self.stretch.rounds)
+            self.stretch.rounds = rounds.begun
+            rounds.run(look)
+        elif sim.collisions < target:
+            sim.run(collisions=target - sim.collisions, progress=look)
         self.stretch.equilibrated = (sim.collisions, sim.time)
         asked = self.plan.run
         if asked.time is not None:

@@ -1,8 +1,12 @@
-"""Every option of every command changes what the command does; an option without a case here fails."""
+"""What holds of every command: each option changes what it does, and a bad value of each is a sentence.
+
+The table of options is that of the commands: an option without a case fails.
+"""
 
 import contextlib
 import importlib
 import json
+import re
 import shutil
 import sys
 import time
@@ -13,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from helpers.commands import in_this_process
+from helpers.commands import content, in_this_process
 from helpers.frames import at_rest
 from helpers.options import COMMANDS, PLAN
 from helpers.plain import uncompiled
@@ -29,6 +33,7 @@ from carom.meant import NOWHERE, SAME
 from carom.scene.keywords import ELSEWHERE
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
+from carom.spec import numbers_of
 from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
 
@@ -244,8 +249,8 @@ CASES = {
     "measure": {
         "path": added((), ("two.extxyz", "rdf", *OUT), made("out/rdf.csv"), True),
         "quantities": added(
-            ("two.extxyz", *OUT), ("rdf",), lambda done: {p.stem for p in (done.folder / "out").iterdir()},
-            {"rdf"},
+            ("two.extxyz", *OUT, "--no-pictures"), ("rdf",),
+            lambda done: {p.stem for p in (done.folder / "out").iterdir()}, {"rdf"},
         ),
         "--out": added(("two.extxyz", "rdf"), OUT, made("out/rdf.csv"), True),
         "--bins": added(MEASURE, ("--bins", "7"), lambda done: len(done.table), 7),
@@ -382,6 +387,9 @@ def material(tmp_path_factory):
     assert type_in(folder, "pack", *PACK, "--out", "stopped").code == 0
     (folder / "mine").mkdir()
     (folder / "mine" / "rdf.csv").write_text("mine")
+    lattice = 'Lattice="6 0 0 0 5 0 0 0 4" Properties=species:S:1:pos:R:3'
+    (folder / "start.xyz").write_text(f"2\n{lattice}\nA 1.0 1.0 1.0\nA 3.0 1.0 1.0\n")
+    (folder / "cut.h5md").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     full = folder / "full"
     full.mkdir()
     (full / "old.html").touch()
@@ -492,6 +500,110 @@ def test_every_option_has_a_case():
     assert found == {name: {*cases} for name, cases in CASES.items()}
 
 
+def test_several_numbers_are_typed_with_commas_or_as_first_last_and_count():
+    assert numbers_of("--eta")("0.1:0.3:3") == [0.1, 0.2, 0.3]  # as typed, not 0.2 + 3e-17
+    assert numbers_of("--eta")("0.1, 0.25") == [0.1, 0.25]
+
+
+# Values that mean nothing.
+
+BAD = ("no such value", "", "-1", "nan", "1e999", "0x10")
+
+HUGE = "9" * 40
+"""A value of some options, and too much for others."""
+
+TAKEN = {
+    "--out": BAD,  # names of folders
+    "--scheduler": BAD,  # addresses
+    "--from": ("-1",),  # before the first frame
+    "--to": (),
+}
+"""Values that an option does take."""
+
+IN_PYTHON = {"--engine": "executor", "--from": "begin", "--to": "end"}
+"""Options that are called otherwise where they are checked."""
+
+EXPECTED = re.compile(
+    "(?i)must |should be |leave it out|expected|known: |takes |needs |does not exist|no such"
+)
+"""How a sentence says what would be right."""
+
+BESIDE = {
+    "measure": ("start.xyz", "rdf"), "movie": ("two.extxyz", "a.gif"), "export": ("start.xyz", "a.gsd"),
+    "code": ("9",), "info": ("finished",), "view": ("two.extxyz", "--no-open"), "resume": ("begun",),
+    "plan": ("--eta", "0.3"), "--axis": ("start.xyz", "profile"),
+}  # fmt: skip
+"""What else is typed for a command, or for an option."""
+
+
+def values_of(command):
+    """Return the options of a command that take a value."""
+    return [
+        each for each in COMMANDS[command].params if each.param_type_name == "option" and not each.is_flag
+    ]
+
+
+class Begun(Exception):
+    """Raised where something would be computed."""
+
+
+def answer(command, words, folder):
+    """Type something; return what it did."""
+    with contextlib.chdir(folder), in_this_process():
+        done = CliRunner().invoke(cli.app, [command, *words], env={"COLUMNS": "300"})
+    assert isinstance(done.exception, SystemExit | Begun | None), (words, done.output, done.exception)
+    return done
+
+
+def refusal(command, words, folder):
+    """Type what means nothing; return what is said, on one line."""
+    done = answer(command, words, folder)
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit), (words, done.output)
+    assert done.stdout == ""
+    return " ".join(done.stderr.replace("│", "").split())
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("command", [name for name in COMMANDS if values_of(name)])
+def test_no_option_takes_a_value_that_means_nothing(command, material, monkeypatch, tmp_path):
+    """It is refused in one sentence that says which option or value it is, before anything is begun."""
+
+    def begun(*_, **__):
+        raise Begun
+
+    monkeypatch.setattr("carom.simulation.run_state.RunState.schedule", begun)
+    monkeypatch.setattr("carom.studies.executors.run", begun)
+    before = content(material)
+    for parameter in values_of(command):
+        option = parameter.opts[0]
+        beside = BESIDE.get(option, BESIDE.get(command, ()))
+        for value in BAD:
+            if value not in TAKEN.get(option, ()):
+                said = refusal(command, (*beside, f"{option}={value}"), material)
+                names = (value or option, option, IN_PYTHON.get(option, option.strip("-").replace("-", "_")))
+                assert any(name in said for name in names), said
+                assert EXPECTED.search(said), said
+        assert "requires an argument" in refusal(command, (*beside, option), material)
+    assert content(material) == before
+    huge = shutil.copytree(material, tmp_path / "huge")
+    for parameter in values_of(command):
+        answer(command, (*BESIDE.get(command, ()), f"{parameter.opts[0]}={HUGE}"), huge)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_a_command_has_not_is_answered_with_what_is_nearest(command, material):
+    for parameter in COMMANDS[command].params:
+        if parameter.param_type_name == "argument":
+            continue
+        option = parameter.opts[0]
+        if parameter.is_flag:
+            assert "does not take a value" in refusal(command, (f"{option}=1",), material)
+        if len(option) > 6:  # a letter twice
+            assert option in refusal(command, (f"{option}{option[-1]}",), material)
+    if any(each.required for each in COMMANDS[command].params):
+        assert "Missing argument" in refusal(command, (), material)
+
+
 STUDIES = {"code", "eos", "transport", "shear", "trade"}
 LONG = {*STUDIES, "run", "resume", "pack", "plan"}
 
@@ -589,29 +701,49 @@ def test_a_short_name_goes_wherever_the_long_one_does(name, long):
 
 
 @pytest.mark.parametrize(
-    ("words", "answer"),
+    ("line", "way"),
     [
-        (["run", "--phi", "0.3"], "Did you mean --eta?"),
-        (["eos", "--packing-fractions", "0.3"], "Did you mean --eta?"),
-        (["plan", "--workers=2"], "Did you mean --cores?"),
-        (["run", "-n", "5"], "Did you mean --n?"),
-        (["run", "--explain"], "Did you mean --dry-run?"),
-        (["measure", "run1", "--png"], "Did you mean --pictures?"),
-        (["plan", "--error", "1e-3"], "Did you mean --target?"),
-        (["run", "--pressure", "3"], "give barostat = { pressure = 10.0"),
-        (["plan", "--restitution", "0.9"], "give impact = 0.9"),
-        (["run", "--walls", "x"], "A scene file has walls, in [scene]"),
-        (["pack", "--dt", "0.1"], "There is none, as events are computed"),
-        (["run", "--natoms", "5"], "Did you mean --n?"),
-        (["rdf", "run1"], "carom measure PATH rdf"),
-        (["inspect", "run1"], "carom info PATH"),
-        (["run", "--pakcing-fraction", "0.3"], "--packing-fraction"),
+        ("run --phi 0.3", "Did you mean --eta?"),
+        ("eos --packing-fractions 0.3", "Did you mean --eta?"),
+        ("plan --workers=2", "Did you mean --cores?"),
+        ("run -n 5", "Did you mean --n?"),
+        ("run --explain", "Did you mean --dry-run?"),
+        ("measure run1 --png", "Did you mean --pictures?"),
+        ("plan --error 1e-3", "Did you mean --target?"),
+        ("run --pressure 3", "give barostat = { pressure = 10.0"),
+        ("plan --restitution 0.9", "give impact = 0.9"),
+        ("run --walls x", "A scene file has walls, in [scene]"),
+        ("pack --dt 0.1", "There is none, as events are computed"),
+        ("run --natoms 5", "Did you mean --n?"),
+        ("rdf run1", "carom measure PATH rdf"),
+        ("inspect run1", "carom info PATH"),
+        ("walk", "No such command"),
+        ("run --packing-fracton 0.3", "--packing-fraction"),
+        ("run --ndim 3", "Did you mean --dimension?"),
+        ("run --T 3", "Did you mean --kT?"),
+        ("run --box 3,3", "Take a larger box or fewer particles."),
+        ("run --eta 0.7", "Scene.crystal, --lattice), for equal ones up to 0.74"),
+        ("transport --num-particles 3", "Did you mean --n?"),
+        ("pack --temperature 3", "carom pack has no kT"),
+        ("code 5 --eta 0.3", "carom code has no eta"),
+        ("code 5 --num-particles 3", "Did you mean N?"),
+        ("plan --target Z=0", "--eta"),
+        ("plan --target Z=0 --eta 0.3", "the relative error of the target must be at least"),
+        ("measure cut.h5md rdf", "carom.io.rebuild(source, target, keep)"),
+        ("measure two.extxyz profile --axis q", "axis must be x, y, z or a number from 0, found the string"),
+        ("measure none.h5md rdf --pair 0,²", "does not exist"),
+        ("info cut.h5md", "carom.io.rebuild(source, target, keep)"),
+        ("transport --eta 1e-320 --n 100", "must be"),
+        ("eos --eta 0.1:0.4:2000000000", "must be at most"),
+        ("pack --rate 1e-320", "must be"),
+        ("pack --stage 1e-320:1e3", "must be"),
+        ("pack --dimension 99999999999999999999", "must be"),
+        ("run --n 32 --cores 99999999999999999999", "must be"),
     ],
 )
-def test_what_does_not_exist_is_answered_with_what_is_meant(words, answer):
-    done = CliRunner().invoke(cli.app, words)
-    assert done.exit_code == 2
-    assert answer in " ".join(done.output.replace("│", " ").split())
+def test_a_line_that_cannot_be_meant_points_the_right_way(line, way, material):
+    command, *words = line.split()
+    assert way in refusal(command, words, material)
 
 
 def test_other_words_lead_to_options_and_commands_that_there_are():
