@@ -126,7 +126,7 @@ def test_all_that_is_compiled_lies_where_the_sources_count(name, monkeypatch):
 @pytest.mark.parametrize("name", ["fluid", "disks"])
 def test_the_search_for_a_partner_is_vectorized(name):
     def search(model, state, neighbors, i, now):
-        return cycle.search(model, state, neighbors, i, now, 0, cycle.NO_REF)
+        return neighbors.earliest_partner(model, state, i, now, 0, cycle.NO_REF)
 
     engine = engine_of(name)
     translated = Translated(search, (engine.model, engine.state, engine.neighbors, 0, 0.0), "search")

@@ -9,7 +9,6 @@ import pytest
 import carom
 from carom.models.mathematics.contact import shares
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.motion import push
 
 UNIT = 2.0**-53
 """Half of the distance of doubles from 1 on."""
@@ -64,6 +63,6 @@ def test_a_wall_throws_back_with_the_energy_of_before(normal):
         approach = 0.0
         for axis, n in enumerate(normal):
             approach -= n * v[axis]
-        push(Inertial(), 2.0 * approach, v, normal)
+        Inertial().push(2.0 * approach, v, normal)
         errors.append(float(sum(Fraction(x) ** 2 for x in v.tolist()) - before) / UNIT)
     assert fair(np.array(errors), 1.0)

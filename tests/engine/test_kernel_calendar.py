@@ -78,7 +78,7 @@ class Book:
             elif entry == -2:
                 self.enlarge()
             elif entry == -1 and self.control.end < LENGTH:
-                cal.choose_width(self.engine.calendar, len(self.event_time), LENGTH)
+                self.engine.calendar.choose_width(len(self.event_time), LENGTH)
                 self.fill_window(self.control.end)
                 if self.control.full:
                     self.enlarge()
@@ -281,5 +281,5 @@ def test_buckets_hold_a_few_cycles_and_fewer_where_memory_is_asked_for(n, cycles
     book = Book(np.full(400, 1.0), np.full(400, 1.0), width=width)
     book.fill_window(0.0)
     book.control.cycles = cycles * cal.buckets_in_window(book.engine.calendar)
-    cal.choose_width(book.engine.calendar, n, LENGTH)
+    book.engine.calendar.choose_width(n, LENGTH)
     assert book.control.width == factor * width

@@ -15,7 +15,6 @@ from carom.errors import CaromError
 from carom.models.interactions.hard_cores import EqualCores
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER
 
 SIGMA = 1.0
@@ -49,8 +48,8 @@ def invariants(x, v, order=(0, 1)):
 def advanced(x, v, time):
     d = x.shape[1]
     return np.array(
-        [[position(FLIGHT, k, x[i, k], v[i, k], time) for k in range(d)] for i in range(2)]
-    ), np.array([[velocity(FLIGHT, k, v[i, k], time) for k in range(d)] for i in range(2)])
+        [[FLIGHT.position(k, x[i, k], v[i, k], time) for k in range(d)] for i in range(2)]
+    ), np.array([[FLIGHT.velocity(k, v[i, k], time) for k in range(d)] for i in range(2)])
 
 
 def meeting(x, v, order=(0, 1)):

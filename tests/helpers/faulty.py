@@ -12,11 +12,11 @@ from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump
 from carom.models.questions.memory import shift_epoch
-from carom.models.questions.motion import carry, exit_time, meeting_time, position, velocity
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.obstacle import encounter, fall, outward, recoil
 from carom.models.questions.particles import NEVER, lanes
 from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_jump, step_time
-from carom.models.questions.walls import soonest_wall, wall_meeting
+from carom.models.questions.walls import soonest_wall
 
 
 class Cores(NamedTuple):
@@ -208,43 +208,35 @@ class DragCores:
         return elastic(self, i, j, rr, rv)
 
 
-class Curve(NamedTuple):
+class Curve(MotionModel):
     """Free flight, as if it were a curve."""
 
     edges: tuple
     images: bool
 
+    def position(self, axis, x, v, t):
+        return x
 
-@position.register
-def _(motion: Curve, axis, x, v, t):
-    return x
+    def velocity(self, axis, v, t):
+        return v
 
+    def carry(self, x, v, t, there, then):
+        for axis in range(len(x)):
+            there[axis], then[axis] = x[axis] + v[axis] * t, v[axis]
+        return there, then, 0.0
 
-@velocity.register
-def _(motion: Curve, axis, v, t):
-    return v
-
-
-@carry.register
-def _(motion: Curve, x, v, t, there, then):
-    for axis in range(len(x)):
-        there[axis], then[axis] = x[axis] + v[axis] * t, v[axis]
-    return there, then, 0.0
-
-
-@meeting_time.register
-def _(motion: Curve, me, other, now, contact, rate, limit, span):
-    soonest, most = NEVER, 6 if motion.images else 0
-    for left in range(-most, most + 1):
-        for up in range(-most, most + 1):
-            rr, rv, vv = -contact * contact, -contact * rate, -rate * rate
-            for axis in range(2):
-                r = other.x[axis] - me.x[axis] + (left, up)[axis] * motion.edges[axis]
-                r += other.v[axis] * (now - other.t) - me.v[axis] * (now - me.t)
-                u = other.v[axis] - me.v[axis]
-                rr, rv, vv = rr + r * r, rv + r * u, vv + u * u
-            soonest = min(soonest, first_contact(rr, rv, vv))
-    return soonest, False
+    def meeting_time(self, me, other, now, contact, rate, limit, span):
+        soonest, most = NEVER, 6 if self.images else 0
+        for left in range(-most, most + 1):
+            for up in range(-most, most + 1):
+                rr, rv, vv = -contact * contact, -contact * rate, -rate * rate
+                for axis in range(2):
+                    r = other.x[axis] - me.x[axis] + (left, up)[axis] * self.edges[axis]
+                    r += other.v[axis] * (now - other.t) - me.v[axis] * (now - me.t)
+                    u = other.v[axis] - me.v[axis]
+                    rr, rv, vv = rr + r * r, rv + r * u, vv + u * u
+                soonest = min(soonest, first_contact(rr, rv, vv))
+        return soonest, False
 
 
 @dataclass(frozen=True)
@@ -266,43 +258,31 @@ class Bare(NamedTuple):
     masses: np.ndarray
 
 
-class Flight(NamedTuple):
+class Flight(MotionModel):
     """Free flight with one thing wrong, or what bends and does not say so."""
 
     fault: str
     part: float = 1.0
 
+    def position(self, axis, x, v, t):
+        if self.fault == "bends":
+            return x + (v - 0.5 * t) * t
+        return x + v * {"squared": t * t, "brakes": 1.0 - np.exp(-t)}.get(self.fault, t)
 
-@position.register
-def _(motion: Flight, axis, x, v, t):
-    if motion.fault == "bends":
-        return x + (v - 0.5 * t) * t
-    return x + v * {"squared": t * t, "brakes": 1.0 - np.exp(-t)}.get(motion.fault, t)
+    def velocity(self, axis, v, t):
+        return v - t if self.fault == "bends" else v * np.exp(-t) if self.fault == "brakes" else v
 
-
-@velocity.register
-def _(motion: Flight, axis, v, t):
-    return v - t if motion.fault == "bends" else v * np.exp(-t) if motion.fault == "brakes" else v
-
-
-@exit_time.register
-def _(motion: Flight, axis, x, v, low, high):
-    up = int(v > 0.0)
-    return ((high if up else low) - x) / v * (2.0 if motion.fault == "exit" else 1.0), up
+    def exit_time(self, axis, x, v, low, high):
+        up = int(v > 0.0)
+        return ((high if up else low) - x) / v * (2.0 if self.fault == "exit" else 1.0), up
 
 
 class Walled(Flight):
     """Free flight that meets walls after some part of the time."""
 
-
-for question in (position, velocity, exit_time):
-    question.register(Walled, question.registry[Flight])
-
-
-@wall_meeting.register
-def _(motion: Walled, walls, x, v, radius, growth):
-    t, number = soonest_wall(walls, x, v, radius, growth)
-    return motion.part * t, number
+    def wall_meeting(self, walls, x, v, radius, growth):
+        t, number = soonest_wall(walls, x, v, radius, growth)
+        return self.part * t, number
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from carom.engine import cycle
 from carom.engine.boundary import SectorImage
 from carom.engine.constants import NEEDS_NEIGHBORS
-from carom.engine.neighbors.bounds import EqualBounds, list_range_sq, size_class, skin_at, start
+from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.grid import coordinate_bits
 
 
@@ -29,7 +29,7 @@ def go(sim, cycles):
 
 def lists_of(sim):
     lists, n = sim._state.engine.neighbors, sim.scene.n
-    begins = [int(start(lists.bounds, np.uint64(i))) for i in range(n)]
+    begins = [int(lists.bounds.start(np.uint64(i))) for i in range(n)]
     return [
         set(lists.refs[begin : begin + count].tolist())
         for begin, count in zip(begins, lists.counts, strict=True)
@@ -49,7 +49,7 @@ def check_lists(sim):
     r = reference[:, None] - reference
     r -= edges * np.rint(r / edges)
     near = (r**2).sum(axis=2)
-    reach = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
+    reach = np.array([[lists.bounds.list_range_sq(i, j) for j in range(n)] for i in range(n)])
     # Rounding of one distance against another's may decide on the edge of the reach alone.
     sure, maybe = near < reach * (1 - 1e-9), near < reach * (1 + 1e-9)
     for i in range(n):
@@ -63,7 +63,7 @@ def check_lists(sim):
         free = np.full(n, 0.5 * (sim._state.scheme.list_range - sim.scene.diameter))
         np.testing.assert_allclose(reach, sim._state.scheme.list_range**2, rtol=1e-15)
     else:
-        free = np.array([skin_at(lists.bounds, i, now)[0] for i in range(n)])
+        free = np.array([lists.bounds.skin_at(i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
     if sim._state.system.rates is None:
         # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.
@@ -78,7 +78,7 @@ def check_lists(sim):
     for cell in range(len(lists.members)):
         for k in range(lists.members[cell]):
             i = lists.cells[cell, k]
-            own = int(size_class(lists.bounds, np.uint64(i)))
+            own = int(lists.bounds.size_class(np.uint64(i)))
             place = np.floor(reference[i] / edges * grid.shape[own]).astype(int)
             assert grid.base[own] + np.ravel_multi_index(place, grid.shape[own]) == cell
     assert lists.members.sum() == n

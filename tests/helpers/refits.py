@@ -11,7 +11,7 @@ import numpy as np
 import carom
 from carom.engine.build import PARTS
 from carom.engine.constants import POWERS
-from carom.engine.observers.interface import at_rest, listed
+from carom.engine.observers.interface import listed
 from carom.models import (
     TIMER,
     Active,
@@ -379,7 +379,7 @@ def held(sim):
     """
     state, found = sim._state, {}
     observers = copied(state.engine.model.observers)
-    at_rest(observers, state.in_epoch(), state.in_epoch())
+    observers.at_rest(state.in_epoch(), state.in_epoch())
 
     def gather(name, value, what, exponent):
         if isinstance(value, tuple):

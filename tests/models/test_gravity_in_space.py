@@ -13,7 +13,6 @@ from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.planes import Plane
-from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
 
@@ -88,11 +87,11 @@ def test_bounces_on_a_circle_keep_their_energy_on_average():
         if math.hypot(x[0] - 5.0, x[1] - 5.0) < 4.0:
             continue
         v = rng.normal(size=2).tolist()
-        change = rebound_speed(motion, -(normal[0] * v[0] + normal[1] * v[1]))
+        change = motion.rebound_speed(-(normal[0] * v[0] + normal[1] * v[1]))
         if change <= 1.0:  # it flies off, or grazes
             continue
         pushed = list(v)
-        push(motion, change, pushed, normal)
+        motion.push(change, pushed, normal)
         for gains, after in (
             (plain, [a + change * b for a, b in zip(v, normal, strict=True)]),
             (even, pushed),
@@ -110,7 +109,7 @@ def test_what_a_wall_adds_does_not_depend_on_how_nearly_one_glides_along_it(turn
     """A wall in motion pushes what flies along it: a normal velocity that is all rounding scales nothing."""
     normal = (math.cos(turn), math.sin(turn))
     v = [-1e6 * normal[1], 1e6 * normal[0]]
-    push(Falling((0.0, -1.0), 1e-9), 1.0, v, normal)
+    Falling((0.0, -1.0), 1e-9).push(1.0, v, normal)
     assert v[0] * normal[0] + v[1] * normal[1] == pytest.approx(1.0, abs=1e6 * 2.0**-50)
     assert v[1] * normal[0] - v[0] * normal[1] == pytest.approx(1e6, rel=2.0**-50)
 

@@ -16,7 +16,6 @@ from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
 from carom.models.drives import kick, next_time
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, interaction_time, jump
-from carom.models.questions.motion import exit_time, position, velocity
 from carom.models.questions.observer import PairEvent, at_pair
 from carom.models.questions.obstacle import encounter, outward
 from carom.models.questions.path import pace, place
@@ -293,12 +292,12 @@ def answers(pair, impact, drive, floor, motion, path, x, v):
     kick(drive, 3, 1.0, x, kicked, 0.5)
     met = exchanged_part(impact, 2, 3, 4.0, -2.0, 1.0), exchanged_part(impact, 3, 4, 4.0, -2.0, 1.001)
     pairs = interaction_time(pair, 0, 1, 4.0, -2.0, 2.0, 0.0), core_square(pair, 0, 1, 0.0)
-    flight = position(motion, 1, 2.0, -1.0, 0.5), velocity(motion, 1, -1.0, 0.5)
+    flight = motion.position(1, 2.0, -1.0, 0.5), motion.velocity(1, -1.0, 0.5)
     return (
         *pairs, *jump(pair, 0, 1, 1.0, -2.0, 0.0), *met, impact.last[3],
         next_time(drive, 3, x, v, 0.0), kicked[0], kicked[1], drive.drawn[3],
         encounter(floor, x, v, 0.5, 0.0), outward(floor, x, 1),
-        *flight, *exit_time(motion, 1, 2.0, -1.0, 0.0, 8.0), place(path, 0.3), pace(path, 0.3),
+        *flight, *motion.exit_time(1, 2.0, -1.0, 0.0, 8.0), place(path, 0.3), pace(path, 0.3),
     )  # fmt: skip
 
 

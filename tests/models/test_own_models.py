@@ -32,7 +32,6 @@ from carom.models.questions.interaction import (
     mass,
     radius,
 )
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.obstacle import encounter, outward, recoil
 from carom.models.questions.particles import NEVER, lanes
 from carom.models.questions.steps import step_time
@@ -464,6 +463,12 @@ class Holding(NamedTuple):
     masses: np.ndarray
     radii: np.ndarray
 
+    def position(self, axis, x, v, t):
+        return x + v * t
+
+    def velocity(self, axis, v, t):
+        return v
+
 
 @interaction_time.register
 def _(pair: Holding, i, j, rr, rv, vv, now):
@@ -473,16 +478,6 @@ def _(pair: Holding, i, j, rr, rv, vv, now):
 @jump.register
 def _(pair: Holding, i, j, rr, rv, now):
     return elastic(pair, i, j, rr, rv)
-
-
-@position.register
-def _(motion: Holding, axis, x, v, t):
-    return x + v * t
-
-
-@velocity.register
-def _(motion: Holding, axis, v, t):
-    return v
 
 
 @transfer.register

@@ -22,11 +22,9 @@ from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.paths import Parabolas, Sine
 from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.motion import position
-from carom.models.questions.obstacle import arrival, encounter, fall, meeting, outward, recoil, surface_speed
+from carom.models.questions.obstacle import arrival, encounter, fall, outward, recoil, surface_speed
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.path import pace, place
-from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays
 from carom.units import TimeUnit
@@ -91,7 +89,7 @@ def test_contacts_are_those_found_by_looking_everywhere(d, shaken):
             x, v = rng.uniform(-2.0, 2.0, d), 2.0 * rng.normal(size=d)
             if gap(x - away(0.0)) < 0.1:
                 continue
-            t = meeting(motion, obstacle, x, v, RADIUS, 0.0, 0.0)
+            t = motion.meeting(obstacle, x, v, RADIUS, 0.0, 0.0)
             between = first_sign_change(gap, x, v, np.array(motion.g), away, 6.0)
             if between is None:
                 assert t > 6.0 - 1e-3 or abs(gap(x + (v + 0.5 * np.array(motion.g) * t) * t - away(t))) < 1e-7
@@ -106,13 +104,13 @@ def test_contacts_are_those_found_by_looking_everywhere(d, shaken):
 def test_walls_of_the_box_are_met_on_parabolas():
     # Thrown up from 5 with 1 in a field of -1: down at RADIUS after 1 + sqrt(1 + 2 (5 - RADIUS)).
     walls, motion = cushions((10.0,), (False,)), Falling((-1.0,), 0.0)
-    t, number = wall_meeting(motion, walls, np.array([5.0]), np.array([1.0]), RADIUS, 0.0)
+    t, number = motion.wall_meeting(walls, np.array([5.0]), np.array([1.0]), RADIUS, 0.0)
     assert number == 0
     assert math.isclose(t, 1.0 + math.sqrt(1.0 + 2.0 * 4.5), rel_tol=1e-15)
-    t, number = wall_meeting(motion, walls, np.array([5.0]), np.array([9.0]), RADIUS, 0.0)
+    t, number = motion.wall_meeting(walls, np.array([5.0]), np.array([9.0]), RADIUS, 0.0)
     assert number == 1
     # A hair inside and on the way out: it lands when it comes back.
-    t, number = wall_meeting(motion, walls, np.array([RADIUS - 1e-17]), np.array([2.0]), RADIUS, 0.0)
+    t, number = motion.wall_meeting(walls, np.array([RADIUS - 1e-17]), np.array([2.0]), RADIUS, 0.0)
     assert (number, t) == (0, 4.0)
 
 
@@ -121,7 +119,7 @@ def test_walls_of_the_box_are_met_on_parabolas():
 def test_what_grows_on_a_parabola_touches_a_wall_with_the_surface_of_then(speed, g):
     walls = cushions((10.0,), (False,))
     growth, edge = 0.25, 10.0
-    t, number = wall_meeting(Falling((g,), 0.0), walls, np.array([4.0]), np.array([speed]), RADIUS, growth)
+    t, number = Falling((g,), 0.0).wall_meeting(walls, np.array([4.0]), np.array([speed]), RADIUS, growth)
     gap = 4.0 + (speed + 0.5 * g * t) * t if number == 0 else edge - 4.0 - (speed + 0.5 * g * t) * t
     assert number == (0 if speed < 0.0 else 1)
     assert abs(gap - (RADIUS + growth * t)) < 1e-14 * edge
@@ -264,7 +262,7 @@ def test_gravity_is_refused_where_it_is_no_field():
 
 def test_a_free_flight_stays_on_its_parabola():
     motion = Falling((-2.0,), 0.0)
-    assert position(motion, 0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
+    assert motion.position(0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
 
 
 def test_a_nesting_that_would_lose_a_layer_is_refused():

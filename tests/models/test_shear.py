@@ -13,9 +13,7 @@ from helpers.neighbors import lists_of
 from helpers.sheared import Naive
 
 import carom
-from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors import grid
-from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.geometry.overlaps import Geometry
@@ -137,9 +135,9 @@ def test_a_flight_in_a_tilting_lattice_ends_at_the_end_of_its_cell():
                 row.x, row.v, row.t = rng.uniform(2.0, 3.0, 2), rng.normal(size=2), rng.uniform(0.0, 0.01)
                 now = float(row.t) + rng.uniform(0.0, 0.01)
                 low, high = row.x[axis] - 0.5, row.x[axis] + 0.5
-                t, up = exit_time_at(motion, axis, row, now, low, high)
+                t, up = motion.exit_time_at(axis, row, now, low, high)
                 times = now + t * np.linspace(0.0, 1.0, 33)
-                way = np.array([position_at(motion, axis, row.x, row.v, s - row.t, s) for s in times])
+                way = np.array([motion.position_at(axis, row.x, row.v, s - row.t, s) for s in times])
                 assert way[-1] == pytest.approx(high if up else low, rel=1e-12)
                 assert ((low < way[:-1]) & (way[:-1] < high)).all()
 
@@ -180,7 +178,7 @@ def near_in_window(sim):
     best = np.divide(-apart[..., 0], up, out=np.zeros_like(up), where=up != 0.0)
     best = np.clip(best, middle - half, middle + half)
     square = (apart[..., 0] + best * up) ** 2 + (apart[..., 1:] ** 2).sum(axis=-1)
-    within = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
+    within = np.array([[lists.bounds.list_range_sq(i, j) for j in range(n)] for i in range(n)])
     return {(i, j) for i, j in np.argwhere(square <= within).tolist() if i < j}
 
 

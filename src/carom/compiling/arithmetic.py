@@ -250,11 +250,11 @@ class Arithmetic:
         return Number(BOOL, self.op(f"{compare} {value.type.llvm} {value.text}, {zero}"))
 
     def wide(self, value: Any) -> Any:
-        """Return a number as arithmetic takes it: integers have 64 bits."""
+        """Return a number as arithmetic takes it: integers have 64 bits, and a sign if they had fewer."""
         value = self.number(value)
         if value.type.is_float:
             return value
-        return self.cast(value, INT64 if value.type.signed or value.type is BOOL else UINT64)
+        return self.cast(value, UINT64 if value.type is UINT64 else INT64)
 
     def integer(self, value: Any, what: str) -> Any:
         """Return an integer of 64 bits; Untranslatable of a float."""
@@ -308,7 +308,7 @@ class Arithmetic:
                 return self._floored(kind, self.cast(a, FLOAT64), self.cast(b, FLOAT64))
             raise Untranslatable(f"{sign} needs integers, found a {both}: write int(...)")
         if kind in (ast.FloorDiv, ast.Mod):
-            return self._divided(kind, both, x, y, b)
+            return self._divided(kind, both, x, y, b, both.signed and not (_is_natural(a) and _is_natural(b)))
         if kind in (ast.LShift, ast.RShift):
             return self._shifted(kind, both, x, y, b)
         natural = both is INT64 and kind in (ast.Add, ast.Mult) and _is_natural(a) and _is_natural(b)
@@ -336,14 +336,14 @@ class Arithmetic:
             return Known(value, INT64)  # exact as in Python, until it is written somewhere
         return Known(wrapped(value, UINT64), UINT64)
 
-    def _divided(self, kind: type, both: Type, x: str, y: str, divisor: Any) -> Number:
+    def _divided(self, kind: type, both: Type, x: str, y: str, divisor: Any, signed: bool) -> Number:
         """Return the floor of a quotient of integers, or what is left; 0 if the divisor is."""
         known = isinstance(divisor, Known) and divisor.value not in (0, -1)
         zero = None
         if not known:
             zero = self.op(f"icmp eq i64 {y}, 0")
             y = self.choose(zero, "1", y)
-        if not both.signed:
+        if not signed:
             found = self.op(f"{'udiv' if kind is ast.FloorDiv else 'urem'} i64 {x}, {y}")
         else:
             negative, dividend = None, x

@@ -125,7 +125,9 @@ class Arrays(Arithmetic):
         if array.dtype.names:
             return Record(array.dtype, address)
         found = self.load(element_type(array.dtype), address)
-        return self.truth(found) if array.dtype == np.bool_ else found
+        if array.dtype == np.bool_:
+            return self.truth(found)
+        return found if found.type.is_float else self.wide(found)
 
     def write(self, array: Array, value: Any, address: str) -> None:
         """Write an element of an array of numbers to its address."""

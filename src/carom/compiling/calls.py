@@ -53,7 +53,7 @@ class Calls(Variables):
     def call(self, function: Any, arguments: list[Any], named: dict[str, Any]) -> Any:
         """Return what a function gives for values."""
         if isinstance(function, Bound):
-            return self._method(function, arguments)
+            return self._method(function, arguments, named)
         if not isinstance(function, Known) or function.type is not None:
             raise Untranslatable(f"{described(function)} is no function")
         given = function.value
@@ -93,7 +93,7 @@ class Calls(Variables):
             raise Untranslatable(f"{described(model)} has no {question.__name__}: register one")
         return found
 
-    def _method(self, bound: Bound, arguments: list[Any]) -> Any:
+    def _method(self, bound: Bound, arguments: list[Any], named: dict[str, Any]) -> Any:
         if bound.function == "view":
             target = OF_CLASS.get(arguments[0].value) if len(arguments) == 1 else None
             if target is None:
@@ -103,7 +103,8 @@ class Calls(Variables):
             return bound.owner
         if bound.function == "copy":
             return self.local_array(Several(tuple, bound.owner.lengths), bound.owner.dtype, bound.owner)
-        return self.invoke(bound.function, [bound.owner, *arguments], {})
+        cold = bound.function in registry.COLD
+        return self.invoke(bound.function, [bound.owner, *arguments], named, cold)
 
     def _made(self, cls: type, arguments: list[Any], named: dict[str, Any]) -> Any:
         """Return a number of a type, or a tuple."""

@@ -7,10 +7,11 @@ type of the model while code is compiled: what a scene does not have leaves no b
 
 from __future__ import annotations
 
+from collections import namedtuple
 from functools import singledispatch, wraps
 from inspect import CO_VARARGS
 from types import FunctionType
-from typing import Any
+from typing import Any, ClassVar, dataclass_transform
 
 from carom.errors import InputError
 
@@ -29,6 +30,32 @@ IN_USE: set[type] = set()
 
 QUESTIONS: list[Any] = []
 """All questions."""
+
+
+@dataclass_transform(frozen_default=True)
+class _Tuples(type):
+    """Make classes named tuples, as ``typing.NamedTuple`` does, that have a base class with methods, too."""
+
+    def __new__(cls, name, bases, scope):
+        if any(isinstance(base, _Tuples) and base.__mro__[1] is not tuple for base in bases):
+            fields = dict.fromkeys(field for base in bases for field in getattr(base, "_fields", ()))
+            fields |= dict.fromkeys(scope.get("__annotations__", ()))
+            given = dict(each for base in bases for each in getattr(base, "_field_defaults", {}).items())
+            given |= {field: scope.pop(field) for field in fields if field in scope}
+            defaults = [given[field] for field in fields if field in given]
+            bases = (namedtuple(name, fields, defaults=defaults, module=scope["__module__"]), *bases)
+        return super().__new__(cls, name, bases, {"__slots__": (), **scope})
+
+
+class Questions(tuple[Any, ...], metaclass=_Tuples):
+    """What the engine asks of one kind of model: the methods of a class that derives from this one.
+
+    A method's body is the answer of models that have no other. Models of that kind derive from the class in
+    turn, and their annotated names are fields.
+    """
+
+    _fields: ClassVar[tuple[str, ...]]
+    _replace: Any
 
 
 def fast(function):
@@ -141,4 +168,7 @@ def own_answers(classes) -> list[tuple[str, type, Any]]:
 
 def answers(question, kind: type) -> bool:
     """Tell whether a type of model has an answer of its own to a question."""
+    if isinstance(question, str):
+        above = kind.__mro__[: kind.__mro__.index(Questions) - 1] if issubclass(kind, Questions) else ()
+        return any(isinstance(vars(each).get(question), FunctionType) for each in above)
     return kind in question.registry

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.entry import entry
-from carom.engine.boundary import count_images, in_box
-from carom.engine.lattice import position_at, velocity_at
-from carom.engine.neighbors.interface import on_wrap
-from carom.models.questions.motion import carry
+from carom.engine.boundary import count_images
 
 
 def advance(model, state, neighbors, i, now):
@@ -16,16 +13,16 @@ def advance(model, state, neighbors, i, now):
     old_event = state.rows[i]
     t = now - old_event.t
     old_event.t = now
-    x0, v0, t = carry(model.motion, old_event.x, old_event.v, t, old_event.x, old_event.v)
+    x0, v0, t = model.motion.carry(old_event.x, old_event.v, t, old_event.x, old_event.v)
     for axis in range(len(model.boundary.edges)):
-        x = position_at(model.motion, axis, x0, v0, t, now)
+        x = model.motion.position_at(axis, x0, v0, t, now)
         crossings = np.floor(x * model.boundary.inverse[axis])
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
-            count_images(state.images, i, axis, np.int64(crossings))
-            on_wrap(neighbors, i, axis, crossings)
+            count_images(state.images, i, axis, crossings)
+            neighbors.on_wrap(i, axis, crossings)
         old_event.x[axis] = x
-        old_event.v[axis] = velocity_at(model.motion, axis, v0, t)
+        old_event.v[axis] = model.motion.velocity_at(axis, v0, t)
 
 
 def into_next_epoch(model, state, neighbors, i, length):
@@ -39,21 +36,21 @@ def into_next_epoch(model, state, neighbors, i, length):
 def place_at(model, state, i, now, x, v):
     """Write position, in the box, and velocity of component i at the time now into ``x`` and ``v``."""
     old_event = state.rows[i]
-    x0, v0, t = carry(model.motion, old_event.x, old_event.v, now - old_event.t, x, v)
+    x0, v0, t = model.motion.carry(old_event.x, old_event.v, now - old_event.t, x, v)
     for axis in range(len(model.boundary.edges)):
-        x[axis] = in_box(model.boundary, i, axis, position_at(model.motion, axis, x0, v0, t, now))
-        v[axis] = velocity_at(model.motion, axis, v0, t)
+        x[axis] = model.boundary.in_box(i, axis, model.motion.position_at(axis, x0, v0, t, now))
+        v[axis] = model.motion.velocity_at(axis, v0, t)
 
 
 @entry
 def project(motion, boundary, state, time, positions, velocities, images):
     """Write everybody's state at ``time`` (in the epoch) to the arrays given; nothing else changes."""
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         old_event = state.rows[i]
-        x0, v0, t = carry(motion, old_event.x, old_event.v, time - old_event.t, positions[i], velocities[i])
+        x0, v0, t = motion.carry(old_event.x, old_event.v, time - old_event.t, positions[i], velocities[i])
         for axis in range(len(boundary.edges)):
             edge = boundary.edges[axis]
-            x = position_at(motion, axis, x0, v0, t, time)
+            x = motion.position_at(axis, x0, v0, t, time)
             crossings = np.floor(x * boundary.inverse[axis])
             x -= crossings * edge
             if x >= edge:
@@ -62,5 +59,5 @@ def project(motion, boundary, state, time, positions, velocities, images):
             elif x < 0.0:  # a division that rounded up: x is a hair below the face
                 x = 0.0
             positions[i, axis] = x
-            velocities[i, axis] = velocity_at(motion, axis, v0, t)
-            count_images(images, i, axis, np.int64(crossings))
+            velocities[i, axis] = motion.velocity_at(axis, v0, t)
+            count_images(images, i, axis, crossings)

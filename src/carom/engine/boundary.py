@@ -6,58 +6,71 @@ In a wide box it is the index, and the nearest image. In a small one (the paper'
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from carom.compiling.registry import answering, required
+from carom.compiling.lanes import asked_of
+from carom.compiling.registry import Questions
+from carom.models.questions.interaction import contact_time, interaction_time, jump
+from carom.models.questions.steps import CORE
 
 
-@required
-def index(boundary, ref):
-    """Return the component that a word names."""
+class Boundary(Questions):
+    """What a boundary answers: who is named by a word, and where the image is."""
+
+    def index(self, ref):
+        """Return the component that a word names."""
+        raise NotImplementedError
+
+    def index_bits(self):
+        """Return how many low bits of a word are not the component's index."""
+        raise NotImplementedError
+
+    def lasting(self):
+        """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
+        raise NotImplementedError
+
+    def mirror(self, i, ref):
+        """Return the word under which the component named by ``ref`` sees component ``i``."""
+        raise NotImplementedError
+
+    def separation(self, i, ref, axis, dx):
+        """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx``."""
+        raise NotImplementedError
+
+    def in_box(self, i, axis, x):
+        """Return a coordinate of i in the box in which it flies, where rounding may decide otherwise.
+
+        Where a component may fly through all of a box before it is looked at again, it is the box of its
+        sector.
+        """
+        raise NotImplementedError
+
+    def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
+        """Return the time until i meets the candidate that a word names, at a place of the lanes."""
+        return asked_of(interaction_time, pair, lanes, lane_index, i, self.index(ref), (rr, rv, vv, now))
+
+    def refined_time(self, pair, i, ref, rr, rv, vv, now):
+        """Return the time until i meets the candidate found, and whether a negative one was clamped."""
+        return contact_time(pair, i, self.index(ref), rr, rv, vv, now)
+
+    def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
+        """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
+        a, b, virial = jump(pair, i, self.index(ref), rr, rv, now)
+        return a, b, virial, CORE, 0, 0
+
+    def logged(self, ref, kind):
+        """Return what the log holds of a word: with steps, the kind of the event in place of one."""
+        return ref
 
 
-@required
-def index_bits(boundary):
-    """Return how many low bits of a word are not the component's index."""
-
-
-@required
-def lasting(boundary):
-    """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
-
-
-@required
-def mirror(boundary, i, ref):
-    """Return the word under which the component named by ``ref`` sees component ``i``."""
-
-
-@required
-def separation(boundary, i, ref, axis, dx):
-    """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx`` of coordinates."""
-
-
-@required
-def in_box(boundary, i, axis, x):
-    """Return a coordinate of i in the box in which it flies, where rounding at a face may decide otherwise.
-
-    Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
-    """
-
-
-ASKED = index, index_bits, lasting, mirror, separation, in_box
-
-
-@answering(*ASKED)
-class NearestImage(NamedTuple):
+class NearestImage(Boundary):
     """The minimum image convention (MinimumImage): nobody meets two images of another before one moves on."""
 
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
 
-    def index(self, ref):  # type: ignore[override]  # of a tuple
-        return ref
+    def index(self, ref):
+        return int(ref)
 
     def index_bits(self):
         return 0
@@ -75,8 +88,7 @@ class NearestImage(NamedTuple):
         return x - np.floor(x * self.inverse[axis]) * self.edges[axis]
 
 
-@answering(*ASKED)
-class SectorImage(NamedTuple):
+class SectorImage(Boundary):
     """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
 
     edges: tuple  # edges of the box [length]
@@ -88,8 +100,8 @@ class SectorImage(NamedTuple):
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighboring sectors, (3^d, d) int64."""
     bits: int  # bits of a word that hold the neighboring sector
 
-    def index(self, ref):  # type: ignore[override]  # of a tuple
-        return np.int64(ref) >> self.bits
+    def index(self, ref):
+        return int(ref) >> self.bits
 
     def index_bits(self):
         return self.bits
@@ -102,9 +114,8 @@ class SectorImage(NamedTuple):
         return (i << self.bits) | (len(self.digits) - 1 - code)
 
     def separation(self, i, ref, axis, dx):
-        ref = np.int64(ref)
-        j = np.uint64(ref >> self.bits)
-        code = np.uint64(ref & ((1 << self.bits) - 1))
+        j = ref >> self.bits
+        code = ref & ((1 << self.bits) - 1)
         sectors = self.cell[i, axis] + self.digits[code, axis] - self.cell[j, axis]
         turns = self.wraps[i, axis] - self.wraps[j, axis]
         return dx + self.edges[axis] * (np.rint(sectors / self.shape[axis]) + turns)
@@ -116,4 +127,4 @@ class SectorImage(NamedTuple):
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
     if images is not None:
-        images[i, axis] += crossings
+        images[i, axis] += int(crossings)

@@ -18,11 +18,11 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
-from carom.engine.observers.interface import at_rest, kept_arrays
+from carom.engine.observers.interface import NOBODY, kept_arrays
 from carom.engine.obstacle_grid import with_grids
 from carom.engine.obstacles import Crowd, is_live, make_obstacles
 from carom.engine.one_body import make_timers, wall_timing
-from carom.engine.search import FarSteps, FromCache, FromRows
+from carom.engine.search import FarSteps, FromCache, FromNow, FromRows, Timing
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
 from carom.models.copies import copied
@@ -54,8 +54,8 @@ class Model(NamedTuple):
     boundary: Any
     impact: Any  # what a contact of two components loses, or None where it is elastic
     obstacles: Any  # everything fixed that components can meet, or None
-    timing: Any  # how the time of a contact is computed; None: from the moment at which it is found
-    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
+    timing: Any  # how the time of a contact is computed (``engine.search``)
+    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`)
     rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.one_body`), or None."""
@@ -95,7 +95,7 @@ def make_model(system: System) -> Model:
         impact=impact,
         obstacles=obstacles,
         timing=None,
-        observers=None,
+        observers=NOBODY,
         rules=pair if isinstance(pair, Units) else None,
         timers=timers,
     )
@@ -132,9 +132,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     )
 
 
-def timing_of(
-    scheme: NeighborPlan, system: System, neighbors, pair
-) -> FromRows | FarSteps | FromCache | AlongCurves | None:
+def timing_of(scheme: NeighborPlan, system: System, neighbors, pair) -> Timing:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
         return FromCache(neighbors.start_times)
@@ -142,13 +140,13 @@ def timing_of(
         return AlongCurves(scheme.span)
     if system.stepped:
         core = _smallest_core(system.interaction, pair, system)
-        return FarSteps() if scheme.list_range > MOST_DIAMETERS * core else None
+        return FarSteps() if scheme.list_range > MOST_DIAMETERS * core else FromNow()
     # Half a box away, pairs would be taken for other images.
     growing = 1.0 if system.rates is None else 2.0
     free_space = 0.49 * system.narrowest / max(system.stretch) - growing * system.diameter
     size = system.smallest if system.nearest >= ALIKE * system.smallest else system.nearest
     ahead = min(MOST_FLOWN * size, free_space)
-    return FromRows(ahead**2) if ahead >= SLIGHT * size else None
+    return FromRows(ahead**2) if ahead >= SLIGHT * size else FromNow()
 
 
 def _smallest_core(interaction: Any, pair, system: System) -> float:
@@ -183,7 +181,7 @@ def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower
     for name, power in POWERS.items():
         new.tallies[name] = np.ldexp(old.tallies[name], -power * slower)
     observers = copied(old.model.observers)
-    at_rest(observers, passed, 0.0)
+    observers.at_rest(passed, 0.0)
     copy_state(new.model.observers, observers, instant, passed, slower)
     for part in PARTS:
         copy_state(getattr(new.model, part), getattr(old.model, part), instant, passed, slower)

@@ -13,13 +13,12 @@ later.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from carom.compiling.instructions import prefetch
-from carom.compiling.registry import cold, optional
-from carom.engine.boundary import index
+from carom.compiling.registry import Questions, cold
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
 from carom.engine.state import aligned
 from carom.models.questions.particles import NEVER
@@ -57,7 +56,72 @@ NARROWEST = 2.0**-40
 """Width of a bucket in epochs, at least: what is closer in time, or simultaneous, fills one bucket anyway."""
 
 
-class Calendar(NamedTuple):
+class OneOfSeveral(Questions):
+    """What a calendar does that is one of several, each for a part of the box (``engine/domains``).
+
+    For one that is alone the cycle has no branch and no byte.
+    """
+
+    def is_remote(self, i):
+        """Return whether component i belongs to another calendar; by default there is none."""
+        return False
+
+    def count_local(self, start_index, end):
+        """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
+        return end - start_index
+
+    def local_component(self, start_index, k):
+        """Return the k-th of those."""
+        return start_index + k
+
+    def send_if_remote(self, i, time):
+        """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
+        return False
+
+    def note_border_event(self, bucket, time, i):
+        """Take notice of an entry; by default nobody does."""
+
+    def clear_notes(self):
+        """Forget all such notices: everything is entered anew."""
+
+    def receive(self, state):
+        """Begin a cycle: enter what other calendars have sent."""
+
+    def publish_time(self, state, time):
+        """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
+
+    def safe_to_process(self, state, boundary, i, now):
+        """Return whether the first event here, of component i, may be processed for all that others hold."""
+        return True
+
+    def should_return(self):
+        """Return whether the cycle is to end because this was refused too often."""
+        return False
+
+    def narrow(self, longest):
+        """Halve the buckets of the next window; return whether that could be done."""
+        control = self.control[0]
+        if control.width <= NARROWEST * longest:
+            return False
+        control.width *= 0.5
+        return True
+
+    def choose_width(self, n, longest):
+        """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
+        control = self.control[0]
+        # All, but where the epoch ended before.
+        buckets_passed = (control.end - control.start) * control.inverse
+        buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
+        if control.cycles > MOST * buckets_passed:
+            control.width *= 0.5
+        elif (
+            control.cycles < FEWEST * buckets_passed
+            and 2.0 * buckets_in_window(self) * control.width <= longest
+        ):
+            control.width *= 2.0
+
+
+class Calendar(OneOfSeveral):
     """A window of buckets and a heap."""
 
     control: Any  # one record of type CONTROL
@@ -100,70 +164,6 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     )
 
 
-# What a calendar does that is one of several, each for a part of the box: ``engine/domains`` has the answers.
-# For one that is alone the cycle has no branch and no byte.
-
-
-@optional
-def is_remote(calendar, i):
-    """Return whether component i belongs to another calendar; by default there is none."""
-    return False
-
-
-@optional
-def count_local(calendar, start_index, end):
-    """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
-    return end - start_index
-
-
-@optional
-def local_component(calendar, start_index, k):
-    """Return the k-th of those."""
-    return start_index + k
-
-
-@optional
-def send_if_remote(calendar, i, time):
-    """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
-    return False
-
-
-@optional
-def note_border_event(calendar, bucket, time, i):
-    """Take notice of an entry; by default nobody does."""
-    return
-
-
-@optional
-def clear_notes(calendar):
-    """Forget all such notices: everything is entered anew."""
-    return
-
-
-@optional
-def receive(calendar, state):
-    """Begin a cycle: enter what other calendars have sent."""
-    return
-
-
-@optional
-def publish_time(calendar, state, time):
-    """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
-    return
-
-
-@optional
-def safe_to_process(calendar, state, boundary, i, now):
-    """Return whether the first event here, of component i, may be processed for all that others hold."""
-    return True
-
-
-@optional
-def should_return(calendar):
-    """Return whether the cycle is to end because this was refused too often."""
-    return False
-
-
 def time_of(state, i):
     """Return the time of the first event of component i, a sector crossing included."""
     return min(np.float64(state.rows[i].event_time), state.crossing_time[i])
@@ -173,10 +173,10 @@ def push(calendar, time, i):
     """Put an entry on the heap; the caller ensures that there is room."""
     control = calendar.control[0]
     event_time, component = calendar.event_time, calendar.component
-    k = np.uint64(control.waiting)
+    k = control.waiting
     control.waiting += 1
     while k > 0:
-        parent = (k - np.uint64(1)) >> np.uint64(1)
+        parent = (k - 1) >> 1
         if event_time[parent] < time or (event_time[parent] == time and component[parent] <= i):
             break
         event_time[k] = event_time[parent]
@@ -191,13 +191,13 @@ def pop(calendar):
     control = calendar.control[0]
     event_time, component = calendar.event_time, calendar.component
     control.waiting -= 1
-    size = np.uint64(control.waiting)
+    size = control.waiting
     time = event_time[size]
     i = component[size]
-    k = np.uint64(0)
-    child = np.uint64(1)
+    k = 0
+    child = 1
     while child < size:
-        right = child + np.uint64(1)
+        right = child + 1
         if right < size and (
             event_time[right] < event_time[child]
             or (event_time[right] == event_time[child] and component[right] < component[child])
@@ -208,43 +208,43 @@ def pop(calendar):
         event_time[k] = event_time[child]
         component[k] = component[child]
         k = child
-        child = (k << np.uint64(1)) + np.uint64(1)
+        child = (k << 1) + 1
     event_time[k] = time
     component[k] = i
 
 
 def buckets_in_window(calendar):
     """Return how many buckets cover the window: the number of the one that takes what is due later."""
-    return np.int64(len(calendar.buckets)) - 1
+    return len(calendar.buckets) - 1
 
 
 def bucket_of(calendar, time):
     """Return the bucket of a time inside the window."""
     control = calendar.control[0]
-    return min(np.int64((time - control.start) * control.inverse), buckets_in_window(calendar) - 1)
+    return min(int((time - control.start) * control.inverse), buckets_in_window(calendar) - 1)
 
 
 def insert(calendar, i, time):
     """Enter component i at ``time``."""
-    if send_if_remote(calendar, i, time):
+    if calendar.send_if_remote(i, time):
         return
     control = calendar.control[0]
     inside = time < control.end
     bucket = bucket_of(calendar, time if inside else control.start)
     bucket = bucket if inside else buckets_in_window(calendar)
-    note_border_event(calendar, bucket, time, i)
+    calendar.note_border_event(bucket, time, i)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
-        append(calendar, np.uint64(bucket), np.uint32(i))
+        append(calendar, bucket, np.uint32(i))
 
 
 def prefetch_calendar(calendar, state, boundary, ref):
     """Ask for what an event of ``ref`` will touch: its partner, and the bucket of that one's event."""
     if ref >= 0 and len(state.partner) >= HUGE:
-        j = np.int64(index(boundary, ref))
+        j = boundary.index(ref)
         prefetch(state.partner, j)
-        event_time = np.float64(state.rows[np.uint64(j)].event_time)
+        event_time = np.float64(state.rows[j].event_time)
         if event_time < calendar.control[0].end:
             prefetch(calendar.buckets, bucket_of(calendar, event_time) * calendar.buckets.shape[1])
 
@@ -254,11 +254,11 @@ def append(calendar, bucket, i):
     control = calendar.control[0]
     buckets = calendar.buckets
     count = buckets[bucket, 0]
-    if count == ENTRIES and bucket == np.uint64(buckets_in_window(calendar)):
+    if count == ENTRIES and bucket == buckets_in_window(calendar):
         count = np.uint32(0)  # nobody reads it
     elif count == ENTRIES:
-        line = np.uint64(control.lines)
-        if line == np.uint64(len(calendar.lines)):
+        line = control.lines
+        if line == len(calendar.lines):
             control.full = 1  # the entry is lost, and found again when the window is laid out anew
             return
         control.lines += 1
@@ -266,7 +266,7 @@ def append(calendar, bucket, i):
             calendar.lines[line, k] = buckets[bucket, k]
         buckets[bucket, 1] = line
         count = np.uint32(0)
-    buckets[bucket, np.uint64(count) + np.uint64(2)] = i
+    buckets[bucket, count + 2] = i
     buckets[bucket, 0] = count + np.uint32(1)
 
 
@@ -275,7 +275,7 @@ def open_bucket(calendar, state, bucket):
     """Move the valid entries of a bucket to the heap; return False, and do nothing, if it has no room."""
     control = calendar.control[0]
     buckets = calendar.buckets
-    count = np.int64(buckets[bucket, 0])
+    count = buckets[bucket, 0]
     link = buckets[bucket, 1]
     total = count
     while link > 0:
@@ -284,19 +284,19 @@ def open_bucket(calendar, state, bucket):
     if control.waiting + total + MOST_NEW_ENTRIES > len(calendar.event_time):
         return False
     for k in range(count):
-        push_if_due(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
+        push_if_due(calendar, state, bucket, buckets[bucket, k + 2])
     link = buckets[bucket, 1]
     while link > 0:
         for k in range(ENTRIES):
-            push_if_due(calendar, state, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
+            push_if_due(calendar, state, bucket, calendar.lines[link, k + 2])
         link = calendar.lines[link, 1]
     return True
 
 
 def push_if_due(calendar, state, bucket, i):
     """Push component i if it is due in this bucket."""
-    time = time_of(state, np.uint64(i))
-    if time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket):
+    time = time_of(state, i)
+    if time < calendar.control[0].end and bucket_of(calendar, time) <= bucket:
         push(calendar, time, np.int32(i))
 
 
@@ -310,7 +310,7 @@ def fill_window(calendar, state, boundary, start, end):
     control = calendar.control[0]
     size = buckets_in_window(calendar)
     if control.full != 0:
-        narrow(calendar, end)  # more came into the window before than its lines could hold
+        calendar.narrow(end)  # more came into the window before than its lines could hold
     while True:
         control.start = start
         control.end = min(start + size * control.width, end)
@@ -321,32 +321,20 @@ def fill_window(calendar, state, boundary, start, end):
         control.full = 0
         control.cycles = 0
         for b in range(size + 1):
-            calendar.buckets[np.uint64(b), 0] = 0
-            calendar.buckets[np.uint64(b), 1] = 0
-        clear_notes(calendar)
+            calendar.buckets[b, 0] = 0
+            calendar.buckets[b, 1] = 0
+        calendar.clear_notes()
         earliest = NEVER
-        n = np.uint64(len(state.partner))
-        for start_index in range(np.uint64(0), n, np.uint64(BLOCK)):
-            earliest = min(
-                earliest, choose_due(calendar, state, start_index, min(start_index + np.uint64(BLOCK), n))
-            )
+        n = len(state.partner)
+        for start_index in range(0, n, BLOCK):
+            earliest = min(earliest, choose_due(calendar, state, start_index, min(start_index + BLOCK, n)))
             choose_entering(calendar, state, boundary)
-            count = np.uint64(control.waiting)
+            count = control.waiting
             control.waiting = 0
             for k in range(count):
-                insert(calendar, np.uint64(calendar.component[k]), calendar.event_time[k])
-        if control.full == 0 or not narrow(calendar, end):
+                insert(calendar, calendar.component[k], calendar.event_time[k])
+        if control.full == 0 or not calendar.narrow(end):
             return earliest
-
-
-@optional
-def narrow(calendar, longest):
-    """Halve the buckets of the next window; return whether that could be done. By default, any calendar."""
-    control = calendar.control[0]
-    if control.width <= NARROWEST * longest:
-        return False
-    control.width *= 0.5
-    return True
 
 
 def crowded(calendar):
@@ -361,7 +349,7 @@ def cluttered(calendar, state):
 
 def effort(state):
     """Return how many cycles take about as long as laying out a window, which looks at everybody."""
-    return np.int64(1 + (len(state.partner) >> 8))
+    return 1 + (len(state.partner) >> 8)
 
 
 def choose_due(calendar, state, start_index, end):
@@ -369,14 +357,14 @@ def choose_due(calendar, state, start_index, end):
     event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end
     earliest = NEVER
-    count = np.uint64(0)
-    for k in range(count_local(calendar, start_index, end)):
-        i = local_component(calendar, start_index, k)
+    count = 0
+    for k in range(calendar.count_local(start_index, end)):
+        i = calendar.local_component(start_index, k)
         time = time_of(state, i)
         earliest = min(earliest, time)
         event_time[count] = time
         component[count] = i
-        count += np.uint64(time < until)
+        count += time < until
     calendar.control[0].waiting = count
     return earliest
 
@@ -384,38 +372,23 @@ def choose_due(calendar, state, start_index, end):
 def choose_entering(calendar, state, boundary):
     """Keep those that enter the calendar, of a pair one if it is there to collide; ask for their buckets."""
     event_time, component = calendar.event_time, calendar.component
-    count = np.uint64(0)
-    for k in range(np.uint64(calendar.control[0].waiting)):
-        i, time = np.uint64(component[k]), event_time[k]
-        ref = np.int64(state.partner[i])
-        j = np.uint64(index(boundary, ref)) if ref >= 0 else i
+    count = 0
+    for k in range(calendar.control[0].waiting):
+        i, time = component[k], event_time[k]
+        ref = state.partner[i]
+        j = boundary.index(ref) if ref >= 0 else i
         enters = (
             (j >= i)
             | (time == state.crossing_time[i])
             | (state.crossing_time[j] < time)
-            | is_remote(calendar, j)
+            | calendar.is_remote(j)
         )
         event_time[count] = time
         component[count] = i
-        count += np.uint64(enters)
+        count += enters
         if len(state.partner) >= HUGE:
             prefetch(calendar.buckets, bucket_of(calendar, time) * calendar.buckets.shape[1])
     calendar.control[0].waiting = count
-
-
-@optional
-def choose_width(calendar, n, longest):
-    """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
-    control = calendar.control[0]
-    buckets_passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
-    buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
-    if control.cycles > MOST * buckets_passed:
-        control.width *= 0.5
-    elif (
-        control.cycles < FEWEST * buckets_passed
-        and 2.0 * buckets_in_window(calendar) * control.width <= longest
-    ):
-        control.width *= 2.0
 
 
 def next_event(calendar, state, neighbors, boundary, motion):
@@ -423,14 +396,14 @@ def next_event(calendar, state, neighbors, boundary, motion):
     control = calendar.control[0]
     while True:
         while control.waiting > 0:
-            i = np.uint64(calendar.component[0])
+            i = int(calendar.component[0])
             if time_of(state, i) == calendar.event_time[0]:
-                return np.int64(i)
+                return i
             pop(calendar)
         if control.cursor + 1 >= buckets_in_window(calendar):
-            return np.int64(-1)
-        if not open_bucket(calendar, state, np.uint64(control.cursor + 1)):
-            return np.int64(-2)
+            return -1
+        if not open_bucket(calendar, state, control.cursor + 1):
+            return -2
         control.cursor += 1
         if len(state.partner) >= LARGE:
             prefetch_next(calendar, state, neighbors, boundary, motion)

@@ -7,35 +7,26 @@ import numpy as np
 from carom.compiling.entry import entry
 from carom.compiling.registry import cold
 from carom.engine.advance import advance, into_next_epoch
-from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA
 from carom.engine.events import retime
-from carom.engine.lattice import contact_vector, contact_velocity, remap
-from carom.engine.neighbors.interface import must_renew
+from carom.engine.lattice import remap
 from carom.engine.observers.interface import (
     PairEvent,
-    after_pair,
-    at_epoch,
-    before_pair,
-    count_pair,
-    record,
 )
 from carom.engine.obstacles import age_obstacles
-from carom.engine.pair_steps import logged, outcome
 from carom.engine.rubbing import rub
 from carom.engine.rules import on_crossing
 from carom.models.mathematics.contact import LONGER
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch
-from carom.models.questions.motion import push_direction
 from carom.models.questions.particles import NEVER
 
 
 def collide(model, state, neighbors, tally, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
-    j = np.uint64(index(model.boundary, ref))
+    j = model.boundary.index(ref)
     advance(model, state, neighbors, i, now)
     advance(model, state, neighbors, j, now)
     me = rows[i]
@@ -47,38 +38,38 @@ def collide(model, state, neighbors, tally, i, ref, now):
     # On a line equal masses swap their velocities, but for rounding, and nothing is lost in between.
     longer = LONGER if len(model.boundary.edges) > 1 else 1.0
     for axis in range(len(model.boundary.edges)):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
-        v = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
+        v = model.motion.contact_velocity(model.boundary, i, ref, axis, me, other)
         rr += r * r
         rv += r * v
         r *= longer
         long_rr += r * r
         long_rv += r * v
-    a, b, virial, kind, before, step = outcome(
-        model.boundary, model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
+    a, b, virial, kind, before, step = model.boundary.outcome(
+        model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
     # Surfaces that grow approach faster than the centers do.
-    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
-    part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
+    rate = growth(model.pair, i) + growth(model.pair, j)
+    part = exchanged_part(model.impact, i, j, rr, rv - np.sqrt(rr) * rate, now)
     a *= part
     b *= part
     virial *= part / longer
     event = PairEvent(i, j, ref, now, rr, rv, a * longer, b * longer, virial, kind, before, step)
-    before_pair(model.observers, model, state, event)
+    model.observers.before_pair(model, state, event)
     for axis in range(len(model.boundary.edges)):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
-        me.v[axis] += a * (longer * push_direction(model.motion, axis, me.x[axis], r, rr))
-        other.v[axis] += b * (longer * push_direction(model.motion, axis, other.x[axis], -r, rr))
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
+        me.v[axis] += a * (longer * model.motion.push_direction(axis, me.x[axis], r, rr))
+        other.v[axis] += b * (longer * model.motion.push_direction(axis, other.x[axis], -r, rr))
     rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
-    after_pair(model.observers, model, state, event)
+    model.observers.after_pair(model, state, event)
     tally.collisions += 1
     tally.virial += virial
-    tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
-    count_pair(model.observers, np.int64(i), np.int64(j), virial)
-    record_impulse(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
-    word = logged(model.boundary, ref, kind)
-    record(model.observers, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
+    tally.depth = max(tally.depth, core_square(model.pair, i, j, now) / rr)
+    model.observers.count_pair(i, j, virial)
+    record_impulse(model.pair, i, j, virial / np.sqrt(rr))
+    word = model.boundary.logged(ref, kind)
+    model.observers.record(state.clock[0], i, word, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
@@ -90,32 +81,32 @@ def new_epoch(model, state, neighbors):
     """Begin the next epoch, times less by its length; tell whether all must be scheduled again."""
     clock = state.clock[0]
     length = clock.length
-    for i in range(np.uint64(len(state.partner))):
+    for i in range(len(state.partner)):
         into_next_epoch(model, state, neighbors, i, length)
     shift_epoch(model.pair, length)
     shift_epoch(model.impact, length)
     age_obstacles(model.obstacles, length)
-    at_epoch(model.observers, model, state, length)
+    model.observers.at_epoch(model, state, length)
     clock.epoch += 1
     clock.now = 0.0
     if remap(model.motion, state, model.boundary.edges, length):
         return True
-    if must_renew(neighbors, model.motion, length):
+    if neighbors.must_renew(model.motion, length):
         return True
-    for i in range(np.uint64(len(state.partner))):
-        retime(model.timing, model, state, i)
+    for i in range(len(state.partner)):
+        retime(model, state, i)
     return False
 
 
 @entry
 def advance_epoch(model, state, neighbors, start_index, end):
     """Carry the components from ``start_index`` to ``end`` into the next epoch."""
-    for i in range(np.uint64(start_index), np.uint64(end)):
+    for i in range(start_index, end):
         into_next_epoch(model, state, neighbors, i, state.clock[0].length)
 
 
 @entry
 def retime_all(model, state, start_index, end):
     """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
-    for i in range(np.uint64(start_index), np.uint64(end)):
-        retime(model.timing, model, state, i)
+    for i in range(start_index, end):
+        retime(model, state, i)

@@ -6,14 +6,10 @@ when the first is scheduled, and the printed cycle stalls (docs/algorithm).
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.entry import entry
-from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
-    choose_width,
     cluttered,
     crowded,
     effort,
@@ -21,10 +17,6 @@ from carom.engine.calendar import (
     next_event,
     pop,
     prefetch_calendar,
-    publish_time,
-    receive,
-    safe_to_process,
-    should_return,
 )
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
@@ -48,11 +40,9 @@ from carom.engine.events import (
     schedule_transit,
     start_over,
 )
-from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
-from carom.engine.neighbors.prefetch import leaves_first, prefetch_first
-from carom.engine.observers.interface import ends_run, is_full
+from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.one_body import run_one_body
-from carom.engine.search import NO_REF, search
+from carom.engine.search import NO_REF
 from carom.models.questions.particles import NEVER
 
 
@@ -66,19 +56,19 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
     partner = state.partner
     now = state.clock[0].now
     tally = tallies[0]
-    n = np.uint64(len(partner))
+    n = len(partner)
     if start_index == 0:
-        if not build(neighbors, model.motion, model.boundary, state):
+        if not neighbors.build(model.motion, model.boundary, state):
             return False
         calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
         for i in range(n):
             rows[i].event_time = NEVER
             partner[i] = LAMBDA
-    for i in range(np.uint64(start_index), np.uint64(end)):
-        found = search(model, state, neighbors, i, now, 0, NO_REF)
+    for i in range(start_index, end):
+        found = neighbors.earliest_partner(model, state, i, now, 0, NO_REF)
         predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
         schedule_transit(model, state, neighbors, i, now)
-    if np.uint64(end) == n:
+    if end == n:
         fill_window(calendar, state, model.boundary, now, state.clock[0].length)
     return True
 
@@ -96,9 +86,9 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
     tally = tallies[0]
     control = calendar.control[0]
     while True:
-        if ends_run(model.observers):
+        if model.observers.ends_run():
             return REACHED_HIT, cycles
-        receive(calendar, state)
+        calendar.receive(state)
         if control.full != 0:
             cycles -= effort(state)
             fill_window(calendar, state, model.boundary, clock.now, clock.length)
@@ -108,52 +98,51 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         if not tight and notify_next(model.rules, model, state, calendar, clock.now):
             cycles -= 1
             continue
-        chosen = np.int64(-2)
+        i = -2
         if not tight:
-            chosen = next_event(calendar, state, neighbors, model.boundary, model.motion)
-        if chosen == -2:
+            i = next_event(calendar, state, neighbors, model.boundary, model.motion)
+        if i == -2:
             if not cluttered(calendar, state):
                 return NEEDS_HEAP, cycles
             control.full = 1
             continue
         last = clock.epoch == end_epoch
-        if chosen == -1:
+        if i == -1:
             if last and end_time < control.end:
-                publish_time(calendar, state, control.end)
+                calendar.publish_time(state, control.end)
                 return REACHED_TIME, cycles
             if tally.collisions >= collisions:  # the present stays that of the last collision
                 return REACHED_COLLISIONS, cycles
             if cycles <= 0:
                 return SPENT, cycles
             cycles -= effort(state)
-            publish_time(calendar, state, control.end)
-            choose_width(calendar, len(state.partner), clock.length)
+            calendar.publish_time(state, control.end)
+            calendar.choose_width(len(state.partner), clock.length)
             start = control.end
             if start >= clock.length:
                 if new_epoch(model, state, neighbors):
                     return NEEDS_EVENTS, cycles
-                begin_epoch(neighbors, model, state, tally)
+                neighbors.begin_epoch(model, state, tally)
                 start = 0.0
             earliest = fill_window(calendar, state, model.boundary, start, clock.length)
             if control.full != 0:
                 return NEEDS_HEAP, cycles
             if earliest == NEVER:
-                publish_time(calendar, state, NEVER)
+                calendar.publish_time(state, NEVER)
                 return IDLE, cycles
             continue
-        i = np.uint64(chosen)
         now = calendar.event_time[0]
-        publish_time(calendar, state, now)
+        calendar.publish_time(state, now)
         if (last and now > end_time) or clock.epoch > end_epoch:
             return REACHED_TIME, cycles
         if tally.collisions >= collisions:
             return REACHED_COLLISIONS, cycles
         if cycles <= 0:
             return SPENT, cycles
-        if is_full(model.observers):
+        if model.observers.is_full():
             return NEEDS_LOG, cycles
-        if not safe_to_process(calendar, state, model.boundary, i, now):
-            if should_return(calendar):
+        if not calendar.safe_to_process(state, model.boundary, i, now):
+            if calendar.should_return():
                 return SPENT, cycles
             continue
         cycles -= 1
@@ -161,49 +150,49 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         leaves = leaves_first(state, i)
         clock.now = now
         if leaves:
-            done, refs, start_index, count = cross(neighbors, model.motion, model.boundary, state, i, now)
+            done, refs, start_index, count = neighbors.cross(model.motion, model.boundary, state, i, now)
             if not done:
                 return NEEDS_NEIGHBORS, cycles
             pop(calendar)
-            prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
+            neighbors.prefetch_first(model.boundary, state, calendar.component[0])
             tally.transits += 1
             schedule_transit(bare, state, neighbors, i, now)  # first, so that it does not wait for the search
             enqueue(state, calendar, i)
-            if lasting(model.boundary):
-                found = earliest_newcomer(neighbors, bare, state, i, now, refs, start_index, count)
+            if model.boundary.lasting():
+                found = neighbors.earliest_newcomer(bare, state, i, now, refs, start_index, count)
                 offer_newcomer(bare, state, calendar, tally, i, now, found)
                 recheck_one_body(bare, state, calendar, i, now)
             else:
                 start_over(bare, state, neighbors, calendar, tally, i, now)
             continue
         pop(calendar)
-        prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
-        ref = np.int64(state.partner[i])
+        neighbors.prefetch_first(model.boundary, state, calendar.component[0])
+        ref = state.partner[i]
         if ref < 0:
             happened = run_one_body(model, state, neighbors, i, ref, now)
-            tally.advancements += np.int64(not happened)
-            found = search(bare, state, neighbors, i, now, 0, NO_REF)
+            tally.advancements += not happened
+            found = neighbors.earliest_partner(bare, state, i, now, 0, NO_REF)
             predict(bare, state, neighbors, calendar, tally, i, now, NO_REF, found)
             if happened:
                 schedule_transit(bare, state, neighbors, i, now)
             enqueue(state, calendar, i)
             continue
-        j = np.uint64(index(model.boundary, ref))
+        j = model.boundary.index(ref)
         if j < i:  # the same bits, whichever of the two was found first
-            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            ref = model.boundary.mirror(i, ref)
             i, j = j, i
         collide(model, state, neighbors, tally, i, ref, now)
-        rebin(neighbors, model.motion, model.boundary, state, i, now)
-        rebin(neighbors, model.motion, model.boundary, state, j, now)
+        neighbors.rebin(model.motion, model.boundary, state, i, now)
+        neighbors.rebin(model.motion, model.boundary, state, j, now)
         schedule_transit(bare, state, neighbors, i, now)
         schedule_transit(bare, state, neighbors, j, now)
         # Two searches that do not wait for each other.
-        found = search(bare, state, neighbors, i, now, 0, NO_REF)
+        found = neighbors.earliest_partner(bare, state, i, now, 0, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, found[0])
-        other = search(bare, state, neighbors, j, now, 1, NO_REF)
+        other = neighbors.earliest_partner(bare, state, j, now, 1, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, other[0])
         for _ in range(2):
             predict(bare, state, neighbors, calendar, tally, i, now, ref, found)
             enqueue(state, calendar, i)
-            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            ref = model.boundary.mirror(i, ref)
             i, j, found = j, i, other

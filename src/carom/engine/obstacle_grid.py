@@ -20,7 +20,7 @@ from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
-from carom.models.questions.obstacle import meeting, member
+from carom.models.questions.obstacle import member
 from carom.models.questions.particles import NEVER
 
 
@@ -82,7 +82,7 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
     """Return the time until one of a crowd is touched, if below ``before``, and which."""
     boundary, x, v = model.boundary, obstacles.x, obstacles.v
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     limit = NEVER
     for axis in range(len(grid.sides)):
         if v[axis] != 0.0:
@@ -91,30 +91,30 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
     before = min(before, sight.until)
     going = True
     while going:
-        cell = np.int64(0)
+        cell = 0
         leaves = NEVER
-        axis_out = np.int64(0)
-        way = np.int64(0)
+        axis_out = 0
+        way = 0
         for axis in range(len(grid.sides)):
             cell = cell * grid.shape[axis] + grid.cell[axis]
             if v[axis] != 0.0:
-                up = np.int64(v[axis] > 0.0)
+                up = v[axis] > 0.0
                 ahead = grid.cell[axis] + grid.turns[axis] * grid.shape[axis] + up
                 t = (ahead * grid.sides[axis] - x[axis]) / v[axis]
                 if t < leaves:
                     leaves = t
-                    axis_out = np.int64(axis)
+                    axis_out = axis
                     way = 2 * up - 1
         for k in range(grid.starts[cell], grid.starts[cell + 1]):
             for axis in range(len(grid.sides)):
                 edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
                 turns = np.float64(grid.shifts[k, axis] - grid.turns[axis])
                 obstacles.image[axis] = x[axis] + turns * edge
-            who = np.int64(grid.members[k])
+            who = grid.members[k]
             wanted = min(best, before, limit)
             if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
                 continue
-            t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
+            t = model.motion.meeting(member(crowd, who), obstacles.image, v, size, rate, now)
             # Of two at one time, the first: as where all are asked.
             if t < best or (t == best and who < number):
                 best = t
@@ -123,13 +123,13 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
         if going:
             going = step_in(grid, boundary, axis_out, way)
     # What is farther away is found after the next look.
-    return (best, number) if best <= limit else (NEVER, np.int64(-1))
+    return (best, number) if best <= limit else (NEVER, -1)
 
 
 def place_in(grid, obstacles, boundary):
     """Put the cell of the component that is asked about into the room for it."""
     for axis in range(len(grid.sides)):
-        cell = np.int64(np.floor(obstacles.x[axis] / grid.sides[axis]))
+        cell = int(np.floor(obstacles.x[axis] / grid.sides[axis]))
         if boundary.inverse[axis] > 0.0:
             turns = cell // grid.shape[axis]
             grid.turns[axis] = turns

@@ -19,26 +19,24 @@ from carom.engine.rubbing import rub_obstacle
 from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
 from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
-from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import (
     LIVE,
     anchor,
     at_time,
     is_periodic,
-    meeting,
     member,
     members,
     outward,
     recoil,
 )
 from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import wall_meeting, wall_normal, yields
+from carom.models.questions.walls import wall_normal, yields
 
 
 @optional
 def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
     """Return the time until a component touches one of a chain of obstacles, and its number."""
-    return NEVER, np.int64(-1)
+    return NEVER, -1
 
 
 @optional
@@ -79,7 +77,7 @@ class Chain(NamedTuple):
             t = soonest_image(self.head[k], obstacles, model, size, rate, every, now)
             if t < best:
                 best = t
-                number = np.int64(self.number + k)
+                number = self.number + k
         return best, number
 
     def normal_along(self, obstacles, boundary, number):
@@ -121,7 +119,7 @@ class Crowd(NamedTuple):
     def soonest_link(self, obstacles, model, size, rate, every, now, sight):
         best, number = soonest_link(self.tail, obstacles, model, size, rate, every, now, sight)
         t, k = soonest_member(self.grid, self.head, obstacles, model, size, rate, every, now, best, sight)
-        return (t, np.int64(self.number + k)) if t < best else (best, number)
+        return (t, self.number + k) if t < best else (best, number)
 
     def normal_along(self, obstacles, boundary, number):
         normal_along(self.tail, obstacles, boundary, number)
@@ -227,12 +225,12 @@ def soonest(obstacles, model, state, i, now, every, until):
     need not be found.
     """
     place_at(model, state, i, now, obstacles.x, obstacles.v)
-    size = radius(model.pair, np.int64(i), now)
-    rate = growth(model.pair, np.int64(i))
+    size = radius(model.pair, i, now)
+    rate = growth(model.pair, i)
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     if every:
-        best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
+        best, number = model.motion.wall_meeting(obstacles.walls, obstacles.x, obstacles.v, size, rate)
     sight = Sight(max(state.clock[0].now - now, 0.0), until - now + HAIR * until)
     t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now, sight)
     if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
@@ -246,12 +244,12 @@ def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before
     if grid is not None:
         return soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sight)
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     for k in range(members(crowd)):
         t = soonest_image(member(crowd, k), obstacles, model, size, rate, every, now)
         if t < best:
             best = t
-            number = np.int64(k)
+            number = k
     return best, number
 
 
@@ -268,9 +266,9 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
                 turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
                 obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
                 digits //= 3
-            t = min(t, meeting(model.motion, obstacle, obstacles.image, obstacles.v, size, rate, now))
+            t = min(t, model.motion.meeting(obstacle, obstacles.image, obstacles.v, size, rate, now))
     elif every:
-        t = meeting(model.motion, obstacle, obstacles.x, obstacles.v, size, rate, now)
+        t = model.motion.meeting(obstacle, obstacles.x, obstacles.v, size, rate, now)
     return t
 
 
@@ -295,10 +293,10 @@ def reflect(live, model, state, i, number, now):
         speed = 0.0
         for axis in range(len(model.boundary.edges)):
             speed += obstacles.image[axis] * me.v[axis]
-        change = rebound_speed(model.motion, growth(model.pair, np.int64(i)) - speed)
-        push(model.motion, change, me.v, obstacles.image)
-        return mass(model.pair, np.int64(i)) * change
-    strike(obstacles.chain, model, state, np.int64(i), number, now)
+        change = model.motion.rebound_speed(growth(model.pair, i) - speed)
+        model.motion.push(change, me.v, obstacles.image)
+        return mass(model.pair, i) * change
+    strike(obstacles.chain, model, state, i, number, now)
     along = 0.0
     energy = 0.0
     for axis in range(len(model.boundary.edges)):
@@ -306,7 +304,7 @@ def reflect(live, model, state, i, number, now):
         along += obstacles.image[axis] * change
         energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
         me.v[axis] = obstacles.v[axis]
-    weight = mass(model.pair, np.int64(i))
+    weight = mass(model.pair, i)
     live.energy[0] = weight * energy
     live.work[number] += weight * energy
     return weight * along

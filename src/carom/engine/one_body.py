@@ -11,17 +11,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import optional
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 from carom.engine.observers.interface import (
     ObstacleEvent,
-    after_kick,
-    after_obstacle,
-    before_kick,
-    before_obstacle,
-    gain,
-    record,
 )
 from carom.engine.obstacles import gained, reflect_component, soonest
 from carom.engine.rules import rule_event, run_rule
@@ -30,7 +23,6 @@ from carom.models.drives import kick, next_time
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import growth, mass
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
-from carom.models.questions.motion import velocity
 from carom.models.questions.particles import NEVER
 
 
@@ -83,26 +75,20 @@ def run_contact(obstacles, model, state, neighbors, i, code, now):
         return False
     number = OBSTACLE - code
     advance(model, state, neighbors, i, now)
-    before_obstacle(model.observers, model, state, i, now)
+    model.observers.before_obstacle(model, state, i, now)
     momentum = reflect_component(model, state, i, number, now)
-    energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
-    gain(model.observers, energy, now)
-    after_obstacle(model.observers, model, state, ObstacleEvent(i, number, now, momentum, energy))
-    record(model.observers, state.clock[0], np.int64(i), code, momentum)
+    energy = gained(obstacles.live, momentum, growth(model.pair, i))
+    model.observers.gain(energy, now)
+    model.observers.after_obstacle(model, state, ObstacleEvent(i, number, now, momentum, energy))
+    model.observers.record(state.clock[0], i, code, momentum)
     return True
 
 
-@optional
-def retime_contact(motion, obstacles, model, state, i, code):
-    """Compute i's obstacle contact anew at an epoch's beginning; in a field, by default, keep it."""
-    return
-
-
-@retime_contact.register
-def _retime_contact_of_inertial(motion: Inertial, obstacles, model, state, i, code):
-    if obstacles is None:
+def retime_contact(model, state, i, code):
+    """Compute i's obstacle contact anew at an epoch's beginning; in a field keep it."""
+    if model.obstacles is None or not isinstance(model.motion, Inertial):
         return
-    touch, number = meet_obstacle(obstacles.timing, model, state, i, 0.0, True, NEVER)
+    touch, number = meet_obstacle(model.obstacles.timing, model, state, i, 0.0, True, NEVER)
     if OBSTACLE - number == code:
         state.rows[i].event_time = touch
 
@@ -125,7 +111,7 @@ def meet_obstacle(timing, model, state, i, now, every, until):
     me = state.rows[i]
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
-        v = np.float64(velocity(model.motion, axis, me.v[axis], now - me.t))
+        v = np.float64(model.motion.velocity(axis, me.v[axis], now - me.t))
         vv += v * v
     then = np.float64(me.t)
     start = now if (now - then) * (now - then) * vv > timing.square else then
@@ -168,9 +154,9 @@ def kick_event(timers, model, state, i, now, t, code):
         timers.v[axis] = math.ldexp(timers.v[axis], -timers.exponent)
     begun = _since(timers, state)
     time = math.ldexp(begun + now, timers.exponent)
-    next_kick = next_time(timers.drive, np.int64(i), timers.x, timers.v, time)
+    next_kick = next_time(timers.drive, i, timers.x, timers.v, time)
     until = max(math.ldexp(np.float64(next_kick), -timers.exponent) - begun, now)
-    return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
+    return (until, TIMER_EVENT) if until < t else (t, code)
 
 
 def run_kick(timers, model, state, neighbors, i, code, now):
@@ -180,7 +166,7 @@ def run_kick(timers, model, state, neighbors, i, code, now):
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
-    before_kick(model.observers, model, state, i, now)
+    model.observers.before_kick(model, state, i, now)
     me = state.rows[i]
     before = 0.0
     for axis in range(len(me.v)):
@@ -188,17 +174,17 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         before += v * v
         timers.x[axis] = me.x[axis]
         timers.v[axis] = math.ldexp(v, -timers.exponent)
-    weight = mass(model.pair, np.int64(i))
+    weight = mass(model.pair, i)
     time = math.ldexp(_since(timers, state) + now, timers.exponent)
-    kick(timers.drive, np.int64(i), weight, timers.x, timers.v, time)
+    kick(timers.drive, i, weight, timers.x, timers.v, time)
     after = 0.0
     for axis in range(len(me.v)):
         me.v[axis] = math.ldexp(timers.v[axis], timers.exponent)
         v = np.float64(me.v[axis])
         after += v * v
-    after_kick(model.observers, model, state, i, now)
-    gain(model.observers, 0.5 * weight * (after - before), now)
-    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
+    model.observers.after_kick(model, state, i, now)
+    model.observers.gain(0.5 * weight * (after - before), now)
+    model.observers.record(state.clock[0], i, code, 0.0)
     return True
 
 

@@ -12,100 +12,53 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import asked_of
-from carom.compiling.registry import answering, optional, required
-from carom.engine.boundary import (
-    NearestImage,
-    SectorImage,
-    in_box,
-    index,
-    index_bits,
-    lasting,
-    mirror,
-    separation,
-)
+from carom.compiling.registry import answering, optional
+from carom.engine.boundary import NearestImage
 from carom.errors import CaromError
-from carom.models.questions.interaction import contact_time, interaction_time, jump
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import CORE, step_bits, step_core_square, step_jump, step_time
-
-
-@optional
-def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
-    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
-
-
-@optional
-def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
-
-
-@optional
-def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
-    """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
-    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, ref)), rr, rv, now)
-    return a, b, virial, CORE, 0, 0
-
-
-@optional
-def logged(boundary, ref, kind):
-    """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
-    return ref
-
-
-@required
-def put_step(neighbors, i, j, step):
-    """Write into the list of i that it and j are on another step."""
+from carom.models.questions.steps import step_bits, step_core_square, step_jump, step_time
 
 
 def step_of(boundary, ref):
     """Return the step that a word names."""
-    return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
+    return int(ref) & ((1 << boundary.bits) - 1)
 
 
-@answering(mirror, candidate_time, refined_time, outcome, logged)
-class SteppedImage(NamedTuple):
+class SteppedImage(NearestImage):
     """A :class:`NearestImage` whose words name steps of pairs."""
 
-    edges: tuple  # edges of the box [length]
-    inverse: tuple  # their inverses
     bits: int  # low bits of a word that hold the step
+
+    def index(self, ref):
+        return int(ref) >> self.bits
+
+    def index_bits(self):
+        return self.bits
 
     def mirror(self, i, ref):
         return (i << self.bits) | step_of(self, ref)
 
     def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-        j, step = index(self, ref), step_of(self, ref)
+        j, step = self.index(ref), step_of(self, ref)
         return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
     def refined_time(self, pair, i, ref, rr, rv, vv, now):
-        t = step_time(pair, i, np.int64(index(self, ref)), step_of(self, ref), rr, rv, vv, now)
+        t = step_time(pair, i, self.index(ref), step_of(self, ref), rr, rv, vv, now)
         return t if t < NEVER else max(-rv / vv, 0.0), False
 
     def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
-        j = np.int64(index(self, ref))
+        j = self.index(ref)
         before = step_of(self, ref)
-        a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
+        a, b, virial, step, kind = step_jump(pair, i, j, before, rr, rv, now)
         if step != before:
-            put_step(neighbors, np.uint64(i), np.uint64(j), step)
-            put_step(neighbors, np.uint64(j), np.uint64(i), step)
+            neighbors.put_step(i, j, step)
+            neighbors.put_step(j, i, step)
         pair.events[before, kind] += 1
         tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
         return a, b, virial, kind, before, step
 
     def logged(self, ref, kind):
-        return (index(self, ref) << self.bits) | kind
-
-
-for _question, _like in (
-    (index, SectorImage),
-    (index_bits, SectorImage),
-    (lasting, NearestImage),
-    (separation, NearestImage),
-    (in_box, NearestImage),
-):
-    _question.register(SteppedImage)(_question.registry[_like])
+        return (self.index(ref) << self.bits) | kind
 
 
 @optional
@@ -122,7 +75,7 @@ class PairSteps(NamedTuple):
     ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
     def fresh_word(self, i, j):
-        return np.uint32(np.uint64(j) << np.uint64(self.bits))
+        return np.uint32(j << self.bits)
 
 
 @answering(fresh_word)
@@ -179,7 +132,7 @@ def standing(pair_steps):
 
 def stepped_word(pair_steps, j, step):
     """Return the word that names component j and a step."""
-    return np.uint32((np.uint64(j) << np.uint64(pair_steps.bits)) | np.uint64(step))
+    return np.uint32((j << pair_steps.bits) | step)
 
 
 def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:

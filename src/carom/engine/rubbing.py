@@ -7,8 +7,6 @@ import math
 import numpy as np
 
 from carom.compiling.registry import optional
-from carom.engine.lattice import contact_vector, contact_velocity
-from carom.engine.observers.interface import gain
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, update_spin
 from carom.models.interactions.pinned import PinnedCores
 from carom.models.obstacles.surfaces import RoughSurface
@@ -28,9 +26,9 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
     dimension = len(model.boundary.edges)
     distance = math.sqrt(rr)
     for axis in range(dimension):
-        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
+        r = model.motion.contact_vector(model.boundary, i, ref, axis, me, other, now)
         impact.normal[axis] = r / distance
-        impact.slip[axis] = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
+        impact.slip[axis] = model.motion.contact_velocity(model.boundary, i, ref, axis, me, other)
     # The distance is the sum of the radii, but for rounding: angular momentum is kept to the last digit.
     mine = distance * (impact.radii[i] / (impact.radii[i] + impact.radii[j]))
     add_spin(impact, i, mine)
@@ -50,13 +48,13 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
         update_spin(impact, i, mine)
     if turns_b > 0.0:
         update_spin(impact, j, distance - mine)
-    gain(model.observers, energy, now)
+    model.observers.gain(energy, now)
 
 
 @optional
 def mobility(pair, impact, i):
     """Return ``1 / m`` and ``R^2 / I`` of component i [1 / mass]."""
-    return 1.0 / mass(pair, np.int64(i)), 1.0 / impact.inertia[i]
+    return 1.0 / mass(pair, i), 1.0 / impact.inertia[i]
 
 
 @mobility.register

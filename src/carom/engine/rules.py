@@ -6,16 +6,9 @@ the partner TIMER_EVENT). A queue tells units of such a change: each gets an eve
 
 from __future__ import annotations
 
-import numpy as np
-
-from carom.compiling.registry import required
 from carom.engine.advance import advance
-from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.neighbors.bounds import start
-from carom.engine.neighbors.lists import Lists
-from carom.engine.observers.interface import gain, record
-from carom.engine.pair_steps import put_step, step_of
+from carom.engine.pair_steps import step_of
 from carom.models.interactions.units import (
     ENTERED,
     LEFT,
@@ -29,29 +22,16 @@ from carom.models.interactions.units import (
     recount,
 )
 from carom.models.questions.interaction import mass
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.steps import IN
-
-
-@required
-def recount_listed(neighbors, rules, boundary, i, was):
-    """Bring the counters of unit i, which was of the kind ``was``, and of all listed with it up to date."""
-
-
-@recount_listed.register
-def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
-    start_index = start(neighbors.bounds, i)
-    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
-        recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
 
 
 def recount_word(neighbors, rules, boundary, i, ref, was):
     """Do so for the one that a word names."""
-    j = np.int64(index(boundary, ref))
-    recount(rules, np.int64(i), j, step_of(boundary, ref), was)
+    j = boundary.index(ref)
+    recount(rules, i, j, step_of(boundary, ref), was)
     if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
-        put_step(neighbors, np.uint64(i), np.uint64(j), 0)
-        put_step(neighbors, np.uint64(j), np.uint64(i), 0)
+        neighbors.put_step(i, j, 0)
+        neighbors.put_step(j, i, 0)
 
 
 def _settle(rules, model, state, neighbors, slot, i, now):
@@ -61,20 +41,20 @@ def _settle(rules, model, state, neighbors, slot, i, now):
     before = 0.0
     for axis in range(dimension):
         before += me.v[axis] * me.v[axis]
-    was = apply(rules, slot, np.int64(i), me.v, now)
+    was = apply(rules, slot, i, me.v, now)
     after = 0.0
     for axis in range(dimension):
         after += me.v[axis] * me.v[axis]
-    gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
+    model.observers.gain(0.5 * mass(rules, i) * (after - before), now)
     if was != NO_AGENT:
-        recount_listed(neighbors, rules, model.boundary, i, was)
+        neighbors.recount_listed(rules, model.boundary, i, was)
 
 
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     """Call the rules of those whose circle a pair has crossed now; both decide on the state before."""
     if rules is None:
         return
-    crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
+    crossed = step_of(model.boundary, ref) - (kind != IN)
     mine = rules.watch[rules.kinds[i], crossed]
     yours = rules.watch[rules.kinds[j], crossed]
     if mine < 0 and yours < 0:
@@ -84,12 +64,12 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     time = rules.origin[0] + (clock.epoch * clock.length + now)
     me = state.rows[i]
     other = state.rows[j]
-    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
-    fill_agent(rules, 1, np.int64(j), other.x, other.v, now)
-    fill_event(rules, 0, cause, mine, np.int64(j), time)
-    fill_event(rules, 1, cause, yours, np.int64(i), time)
+    fill_agent(rules, 0, i, me.x, me.v, now)
+    fill_agent(rules, 1, j, other.x, other.v, now)
+    fill_event(rules, 0, cause, mine, j, time)
+    fill_event(rules, 1, cause, yours, i, time)
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, ref, axis, other.x[axis] - me.x[axis])
+        r = model.boundary.separation(i, ref, axis, other.x[axis] - me.x[axis])
         place_other(rules, 0, axis, r, other.v[axis])
         place_other(rules, 1, axis, -r, me.v[axis])
     if mine >= 0:
@@ -118,23 +98,23 @@ def run_rule(rules, model, state, neighbors, i, code, now):
         return False
     advance(model, state, neighbors, i, now)
     on_timer(rules, model, state, neighbors, i, code, now)
-    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
+    model.observers.record(state.clock[0], i, code, 0.0)
     return True
 
 
 def on_timer(rules, model, state, neighbors, i, ref, now):
     """Ask unit i alone, which is at the time now."""
-    cause, other = cause_of(rules, np.int64(i), now)
+    cause, other = cause_of(rules, i, now)
     clock = state.clock[0]
     me = state.rows[i]
-    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
+    fill_agent(rules, 0, i, me.x, me.v, now)
     time = rules.origin[0] + (clock.epoch * clock.length + now)
     fill_event(rules, 0, cause, NO_AGENT, other, time)
     if other != NO_AGENT:
         far = state.rows[other]
         for axis in range(len(model.boundary.edges)):
-            x = position(model.motion, axis, far.x[axis], far.v[axis], now - far.t)
-            r = separation(model.boundary, i, ref, axis, x - me.x[axis])
-            place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
+            x = model.motion.position(axis, far.x[axis], far.v[axis], now - far.t)
+            r = model.boundary.separation(i, ref, axis, x - me.x[axis])
+            place_other(rules, 0, axis, r, model.motion.velocity(axis, far.v[axis], now - far.t))
     call_rule(rules.rule, rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)

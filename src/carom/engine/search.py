@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
-from carom.compiling.registry import fast, optional
-from carom.engine.boundary import index, index_bits
-from carom.engine.lattice import candidate_relative_to, relative_to
-from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
-from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.sectors import Sectors
-from carom.engine.pair_steps import candidate_time, refined_time, step_of
+from carom.compiling.registry import Questions, fast
+from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import step_core_square
@@ -21,7 +14,7 @@ from carom.models.questions.steps import step_core_square
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
-NO_REF = np.int64(-1)
+NO_REF = -1
 """No word: nothing is left out of a search."""
 
 
@@ -33,106 +26,49 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized.
     """
     me = state.rows[i]
-    first_lane = np.int64(block_half) * WIDTH
+    first_lane = block_half * WIDTH
     block, keys = candidate_block(state.rows)
     dimension = len(model.boundary.edges)
-    bits = np.int64(index_bits(model.boundary))
+    bits = model.boundary.index_bits()
     best = NO_CANDIDATE
-    chosen = np.int64(-1)
+    chosen = -1
     for start in range(0, count, WIDTH):
-        size = min(count - start, WIDTH)
+        size = min(int(count) - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
-        for k in range(np.uint64(LANES)):
+        for k in range(LANES):
             keys[k] = NO_CANDIDATE
         # All of them first: a register that is read right after its parts were written one by one waits.
         for lane in range(0, full, LANES):
-            ref_index = np.int64(start_index) + start + lane
-            pack_fields(model.pair, model.lanes, refs, ref_index, bits, first_lane + np.int64(lane))
+            ref_index = start_index + start + lane
+            pack_fields(model.pair, model.lanes, refs, ref_index, bits, first_lane + lane)
         for lane in range(0, full, LANES):
-            ref_index = np.int64(start_index) + start + lane
+            ref_index = start_index + start + lane
             gather_rows(state.rows, refs, ref_index, bits, block)
-            for k in range(np.uint64(LANES)):
-                ref = refs[np.uint64(ref_index) + k]
-                number = np.int64(k) + lane
-                rr, rv, vv = candidate_relative_to(model.motion, model.boundary, i, ref, me, block, k, now)
-                lane_index = np.uint64(first_lane + number)
-                t = candidate_time(
-                    model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
+            for k in range(LANES):
+                ref = refs[ref_index + k]
+                number = k + lane
+                rr, rv, vv = model.motion.candidate_relative_to(model.boundary, i, ref, me, block, k, now)
+                lane_index = first_lane + number
+                t = model.boundary.candidate_time(
+                    model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
                 )
                 eligible = block[2 * dimension + 1, k] >= now + t
-                eligible &= np.int64(ref) != avoided
+                eligible &= ref != avoided
                 eligible &= number < size  # what follows the last candidate is somebody's word, but not i's
                 t = t if eligible else NEVER
-                key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | number
+                key = (np.float64(t).view(np.int64) & ~(WIDTH - 1)) | number
                 keys[k] = min(keys[k], key)
         earliest = least(keys)
         if earliest < best:
             best = earliest
-            chosen = np.int64(refs[start_index + np.uint64(start + (earliest & (WIDTH - 1)))])
-    return chosen, np.int64(best & ~np.int64(WIDTH - 1)).view(np.float64)
-
-
-def search(model, state, neighbors, i, now, block_half, avoided):
-    """Search among all that i can meet, under any word but ``avoided``."""
-    return earliest_partner(neighbors, model, state, i, now, block_half, avoided)
-
-
-@earliest_partner.register(Sectors)
-@earliest_partner.register(Lists)
-def _earliest_partner_of_listed(neighbors, model, state, i, now, block_half, avoided):
-    refs, start_index, count = candidates(neighbors, model.boundary, i, block_half)
-    return nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
-
-
-@earliest_newcomer.register(Sectors)
-@earliest_newcomer.register(Lists)
-def _earliest_newcomer_of_listed(neighbors, model, state, i, now, refs, start_index, count):
-    return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
-
-
-class FromRows(NamedTuple):
-    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
-
-    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
-    """
-
-    square: float
-    """Square of how far two may fly relative to each other from the moment from which their contact is
-    computed [length^2].
-    """
-
-
-class FarSteps(NamedTuple):
-    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
-
-    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
-    become a far later exit from the step. Other crossings are not computed again: a late one makes no
-    overlap.
-    """
-
-    nearness: float = 1.0 / MOST_DIAMETERS**2
-    """Distance of the core over distance, squared, below which one is far away."""
-
-
-class FromCache(NamedTuple):
-    """Contacts that are found along paths of several boxes."""
-
-    start_times: np.ndarray
-    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
+            chosen = refs[start_index + start + (earliest & (WIDTH - 1))]
+    return chosen, (best & ~(WIDTH - 1)).view(np.float64)
 
 
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
-    other = state.rows[np.uint64(index(model.boundary, ref))]
-    return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
-
-
-@optional
-def contact_time_of(timing, model, state, i, ref, now, t):
-    """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
-    rr, rv, vv = relative(model, state, i, ref, now)
-    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, now)
-    return now + t, clamped
+    other = state.rows[model.boundary.index(ref)]
+    return model.motion.relative_to(model.boundary, i, ref, state.rows[i], other, now)
 
 
 def start_before(square, vv, event_time):
@@ -143,39 +79,81 @@ def start_before(square, vv, event_time):
     """
     # Half the root of the quotient, to its leading bit, and the inverse.
     exponent = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
-    step = np.int64((1023 + exponent) << 52).view(np.float64)
-    inverse_step = np.int64((1023 - exponent) << 52).view(np.float64)
+    step = ((1023 + exponent) << 52).view(np.float64)
+    inverse_step = ((1023 - exponent) << 52).view(np.float64)
     return (np.floor(event_time * inverse_step) - 1.0) * step
 
 
-@contact_time_of.register
-def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
-    rows = state.rows
-    event_time = now + t
-    then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, ref))].t))
-    rr, rv, vv = relative(model, state, i, ref, then)
-    if (event_time - then) * (event_time - then) * vv > timing.square:
-        then = start_before(timing.square, vv, event_time)
+class Timing(Questions):
+    """How the time of a contact is computed."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        """Return when i touches the candidate found after a time t, and whether a negative wait was clamped.
+
+        By default it is computed from the moment at which it is found.
+        """
+        rr, rv, vv = relative(model, state, i, ref, now)
+        t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, now)
+        return now + t, clamped
+
+
+class FromNow(Timing):
+    """Contacts that are computed from the moment at which they are found."""
+
+
+class FromRows(Timing):
+    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
+
+    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
+    """
+
+    square: float
+    """Square of how far two may fly relative to each other from the moment from which their contact is
+    computed [length^2].
+    """
+
+    def contact_time(self, model, state, i, ref, now, t):
+        rows = state.rows
+        event_time = now + t
+        then = max(np.float64(rows[i].t), np.float64(rows[model.boundary.index(ref)].t))
         rr, rv, vv = relative(model, state, i, ref, then)
-    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, then)
-    return max(then + t, now), clamped
+        if (event_time - then) * (event_time - then) * vv > self.square:
+            then = start_before(self.square, vv, event_time)
+            rr, rv, vv = relative(model, state, i, ref, then)
+        t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, then)
+        return max(then + t, now), clamped
 
 
-@contact_time_of.register
-def _contact_time_of_far_steps(timing: FarSteps, model, state, i, ref, now, t):
-    event_time, clamped = contact_time_of(None, model, state, i, ref, now, t)
-    rr, rv, vv = relative(model, state, i, ref, now)
-    core = step_core_square(model.pair, step_of(model.boundary, ref))
-    falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
-    if falls & (core < timing.nearness * rr):
-        # Two diameters of flight before the contact.
-        then = max(event_time - 2.0 * np.sqrt(core / vv), now)
-        rr, rv, vv = relative(model, state, i, ref, then)
-        t, clamped = contact_time_known(rr - core, rv, vv)
-        event_time = then + t
-    return event_time, clamped
+class FarSteps(Timing):
+    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
+
+    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
+    become a far later exit from the step. Other crossings are not computed again: a late one makes no
+    overlap.
+    """
+
+    nearness: float = 1.0 / MOST_DIAMETERS**2
+    """Distance of the core over distance, squared, below which one is far away."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        event_time, clamped = Timing.contact_time(self, model, state, i, ref, now, t)
+        rr, rv, vv = relative(model, state, i, ref, now)
+        core = step_core_square(model.pair, step_of(model.boundary, ref))
+        falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
+        if falls & (core < self.nearness * rr):
+            # Two diameters of flight before the contact.
+            then = max(event_time - 2.0 * np.sqrt(core / vv), now)
+            rr, rv, vv = relative(model, state, i, ref, then)
+            t, clamped = contact_time_known(rr - core, rv, vv)
+            event_time = then + t
+        return event_time, clamped
 
 
-@contact_time_of.register
-def _contact_time_of_from_cache(timing: FromCache, model, state, i, ref, now, t):
-    return contact_time_of(None, model, state, i, ref, timing.start_times[i], t)
+class FromCache(Timing):
+    """Contacts that are found along paths of several boxes."""
+
+    start_times: np.ndarray
+    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
+
+    def contact_time(self, model, state, i, ref, now, t):
+        return Timing.contact_time(self, model, state, i, ref, self.start_times[i], t)

@@ -19,7 +19,6 @@ from carom.models.own.classes import kind_of
 from carom.models.questions.contact import transfer
 from carom.models.questions.interaction import interaction_time, jump, record_impulse
 from carom.models.questions.memory import copy_state, remembers, shift_epoch
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import Particles
 from carom.models.questions.steps import step_jump, step_time
 
@@ -28,7 +27,7 @@ USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impac
 
 REQUIRED: dict[str, tuple[Any, ...]] = {
     "interaction": (interaction_time, jump),
-    "motion": (position, velocity),
+    "motion": ("position", "velocity"),
     "impact": (transfer,),
     "drive": (drives.next_time, drives.kick),
 }
@@ -118,8 +117,9 @@ def answered(kind: str, model: Any) -> Any:
     has_steps = kind == "interaction" and registry.answers(step_time, type(model))
     for question in STEPPED if has_steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
+            asked = getattr(question, "__name__", question)
             raise InputError(
-                f"The {kind} {type(model).__name__} does not answer {question.__name__}: give it that method "
+                f"The {kind} {type(model).__name__} does not answer {asked}: give it that method "
                 "(docs/models.md)."
             )
     return model

@@ -11,8 +11,7 @@ from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.contacts.rough import Rough
 from carom.models.mathematics.parabolas import time_to_moving
-from carom.models.questions.obstacle import fall, meeting
-from carom.models.questions.walls import wall_meeting
+from carom.models.questions.obstacle import fall
 from carom.scene.fields import is_elastic, is_simple, standing
 from carom.scene.velocities import Thermal
 from carom.units import TimeUnit
@@ -134,8 +133,8 @@ def check_meetings(system: System, scene: Scene) -> None:
     model = system.motion.model(system.particles)
     bends = not system.straight
     fixed = system.walls is not None or system.obstacles
-    meets = model_checks.answers(meeting, model)
-    meets &= system.walls is None or model_checks.answers(wall_meeting, model)
+    meets = model_checks.answers("meeting", model)
+    meets &= system.walls is None or model_checks.answers("wall_meeting", model)
     if bends and fixed and not meets:
         raise InputError(
             f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "

@@ -28,7 +28,7 @@ from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
 from carom.engine.lattice import in_lattice
 from carom.engine.observers.event_log import make_log
-from carom.engine.observers.interface import Observers
+from carom.engine.observers.interface import chained
 from carom.engine.obstacles import numbers_of
 from carom.engine.one_body import run_one_body
 from carom.engine.state import make_state
@@ -101,7 +101,7 @@ class Replay:
             shape = np.array(initial["shape"], dtype=np.int64)
             self._words = Words(system, scene, model.pair, shape, int(initial["bits"]))
             self._log = make_log(1)
-            self._model = model._replace(boundary=self._words.boundary, observers=Observers(self._log, None))
+            self._model = model._replace(boundary=self._words.boundary, observers=chained([self._log]))
             values = (scene.interaction, scene.motion, scene.impact, scene.drive)
             self._own = [type(value).__name__ for value in values if model_checks.is_own(value)]
         except KeyError as missing:

@@ -328,11 +328,9 @@ class RunState:
 
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""
-        from carom.engine.observers.interface import at_rest
-
         record = self.engine.state.clock[0]
         ahead = int(end[0]) - int(record.epoch)
-        at_rest(self.engine.model.observers, end[1] + float(ahead) * self.scheme.epoch, end[1])
+        self.engine.model.observers.at_rest(end[1] + float(ahead) * self.scheme.epoch, end[1])
         record.epoch, record.now = end
         self.engine.state.rows["t"] = end[1]
         self.engine.calendar.control.end[0] = self.scheme.epoch

@@ -8,7 +8,7 @@ from helpers import refits
 from helpers.marks import slow
 
 import carom
-from carom.engine.calendar import make_calendar, narrow
+from carom.engine.calendar import make_calendar
 from carom.engine.domains.decomposition import (
     BORDERS,
     OWN,
@@ -19,7 +19,8 @@ from carom.engine.domains.decomposition import (
     slabs_of,
 )
 from carom.engine.domains.logical_process import stop
-from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, WHOSE, LpQueue
+from carom.engine.domains.lp_queue import LpQueue
+from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, WHOSE
 from carom.engine.domains.synchronization import no_straggler, no_straggler_at_border
 from carom.errors import InputError
 from carom.io.events import read_events
@@ -119,9 +120,9 @@ def test_parts_keep_the_width_of_their_buckets():
     # All lay out their windows at the same times: one whose lines run out gets more of them.
     plain = make_calendar(10, 0.25)
     part = LpQueue(*plain, *[None] * (len(LpQueue._fields) - len(plain)))
-    assert not narrow(part, 8.0)
+    assert not part.narrow(8.0)
     assert plain.control.width[0] == 0.25
-    assert narrow(plain, 8.0)
+    assert plain.narrow(8.0)
     assert plain.control.width[0] == 0.125
 
 

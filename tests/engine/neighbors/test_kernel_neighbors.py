@@ -13,7 +13,6 @@ from helpers.oracle import moving
 
 import carom
 from carom.engine.neighbors import build, lists, plan as scheme
-from carom.engine.neighbors.bounds import skin_at
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 from carom.simulation.autotune import Pace
@@ -106,16 +105,14 @@ def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it
     sim = carom.Simulation(scene.replace(velocities=velocities), growth=0.5, tuning=tuning)
     sim.run(time=1e-9)
     engine = sim._state.engine
-    skins, rates = np.array([skin_at(engine.neighbors.bounds, i, 0.0) for i in range(60)]).T
+    skins, rates = np.array([engine.neighbors.bounds.skin_at(i, 0.0) for i in range(60)]).T
     leaves = skins / (np.linalg.norm(engine.state.rows["v"][:60], axis=1) + rates)
     assert (engine.state.crossing_time <= leaves).all()
     assert (engine.state.crossing_time > 0.49 * leaves).all()
     bounds, half = engine.neighbors.bounds, 0.5 * skins / rates
     for i in range(60):  # half of it is grown over in this time
-        assert skin_at(bounds, i, half[i])[0] == pytest.approx(
-            (1.0 - 0.5 * bounds.slack) * skins[i], rel=1e-9
-        )
-    assert skin_at(bounds, 0, 1e9)[0] > 0.0  # outgrown: times are divided by it
+        assert bounds.skin_at(i, half[i])[0] == pytest.approx((1.0 - 0.5 * bounds.slack) * skins[i], rel=1e-9)
+    assert bounds.skin_at(0, 1e9)[0] > 0.0  # outgrown: times are divided by it
 
 
 @pytest.mark.usefixtures("plain")

@@ -7,7 +7,7 @@ from helpers.mixtures import mixture
 import carom
 from carom import theory
 from carom.engine.observers.flights import Flights
-from carom.engine.observers.interface import PairEvent, before_pair
+from carom.engine.observers.interface import PairEvent
 from carom.errors import InputError
 from carom.models import Kind, Ranges
 from carom.models.drives import Andersen
@@ -140,7 +140,7 @@ def test_what_is_pinned_does_not_fly(monkeypatch):
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
     for now in (0.25, 0.75):
         event = PairEvent(np.int64(0), np.int64(1), 1, now, 1.0, -1.0, 1.0, 1.0, 1.0, 0, 0, 0)
-        before_pair(flights, engine.model, engine.state, event)
+        flights.before_pair(engine.model, engine.state, event)
     speed = np.linalg.norm(engine.state.rows["v"][1])
     assert flights.flown[0] == pytest.approx([1.0, 0.5, 0.5 * speed])
     assert flights.met[0, 0, 0] == 2.0

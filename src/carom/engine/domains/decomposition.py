@@ -7,11 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.instructions import prefetch
-from carom.compiling.registry import required
-from carom.engine.neighbors.grid import bits, coordinate_bits, grid_coordinate
-from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.sectors import Sectors, prefetch_cell
+from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.neighbors.lists import FINE, Lists
+from carom.engine.neighbors.sectors import Sectors
 
 BORDER_BELOW, BORDER_ABOVE, OWN, MAY_REACH_BORDER, READ_HALO, HISTORY, WRITE_HALO = 1, 2, 4, 8, 32, 64, 128
 """What a layer is to a process: in the zone of its lower border, in that of its upper border, its own.
@@ -23,8 +21,6 @@ a zone.
 
 BORDERS = BORDER_BELOW | BORDER_ABOVE
 ANNOUNCED = MAY_REACH_BORDER * BORDERS
-
-FINE = 12  # layers are 2 to this power where components have reference points
 
 PATCHES = 256  # patches that a border is divided into, at most
 
@@ -68,39 +64,9 @@ def interaction_range(neighbors: Lists | Sectors, axis: int) -> InteractionRange
     return InteractionRange(1 << FINE, *(math.ceil(length * 2.0**FINE / span) + 1 for length in lengths))
 
 
-@required
-def layer_of(neighbors, i, axis):
-    """Return the layer that component i is in along an axis."""
-
-
-@layer_of.register
-def _layer_of_sectors(neighbors: Sectors, i, axis):
-    return np.uint64(neighbors.cell[i, np.uint64(axis)])
-
-
-@layer_of.register
-def _layer_of_lists(neighbors: Lists, i, axis):
-    return np.uint64(grid_coordinate(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE))
-
-
-@required
-def prefetch_layer(neighbors, i):
-    """Ask for what ``layer_of`` of component i looks at."""
-
-
-@prefetch_layer.register
-def _prefetch_layer_of_sectors(neighbors: Sectors, i):
-    prefetch_cell(neighbors, i)
-
-
-@prefetch_layer.register
-def _prefetch_layer_of_lists(neighbors: Lists, i):
-    prefetch(neighbors.reference, np.int64(i))
-
-
 def layers_apart(layer, other, layers):
     """Return how many layers two are apart, of so many layers that repeat."""
-    gap = np.int64(layer) - np.int64(other)
+    gap = layer - other
     gap = -gap if gap < 0 else gap
     return min(gap, layers - gap)
 

@@ -7,11 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.entry import entry
-from carom.compiling.registry import answering
-from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.observers import interface
-from carom.engine.observers.interface import count_pair, is_full, record
+from carom.engine.observers.interface import Observer
 from carom.engine.state import aligned
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
@@ -61,8 +58,7 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
     )
 
 
-@answering(interface)
-class LpRecorder(NamedTuple):
+class LpRecorder(Observer):
     """The observer of a process: it notes its collisions."""
 
     last_virial: np.ndarray  # virial of the collision at hand, (1,) float64
@@ -95,8 +91,8 @@ def put_detail(details, k, ref, impulse):
 def detail(details, process, k):
     """Return the word and the impulse of the k-th collision of a process."""
     if details is None:
-        return np.int64(0), 0.0
-    return np.int64(details[process, k].ref), np.float64(details[process, k].impulse)
+        return 0, 0.0
+    return details[process, k].ref, np.float64(details[process, k].impulse)
 
 
 def struck(obstacles, number, momentum):
@@ -140,20 +136,19 @@ def order_tasks(all_events: AllEvents) -> list[tuple[Any, ...]]:
 def _players(processes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the tree of a tournament that nobody has begun: who lost at each node, when, and with whom."""
     leaves = 1 << (processes - 1).bit_length()
-    return np.zeros(leaves, np.uint64), np.full(leaves, -np.inf), np.zeros(leaves, np.int32)
+    return np.zeros(leaves, np.int64), np.full(leaves, -np.inf), np.zeros(leaves, np.int32)
 
 
 def next_after(process, time, component, losers, times, components):
     """Let the next collision of a process play against those that lost before; return who comes first."""
-    one = np.uint64(1)
-    node = (np.uint64(len(losers)) + process) >> one
+    node = (len(losers) + process) >> 1
     while node > 0:
         other, at, who = losers[node], times[node], components[node]
         wins = (at < time) | ((at == time) & (who < component))  # a jump would hang on the toss of a coin
         losers[node], process = process if wins else other, other if wins else process
         times[node], time = time if wins else at, at if wins else time
         components[node], component = component if wins else who, who if wins else component
-        node >>= one
+        node >>= 1
     return process
 
 
@@ -161,18 +156,18 @@ def next_after(process, time, component, losers, times, components):
 def find_order(all_events, heads, ends, order, losers, times, components):
     """Find the order of collisions, by a tournament of processes: who has the earliest, who the next."""
     entries, component = all_events.entries, all_events.component
-    process = np.uint64(0)
-    for k in range(np.uint64(len(losers))):
-        time, who = np.inf, np.int32(0)
+    process = 0
+    for k in range(len(losers)):
+        time, who = np.inf, 0
         if k < len(heads) and heads[k] < ends[k]:
             time, who = entries[k, heads[k]].time, component[k, heads[k]]
         process = next_after(k, time, who, losers, times, components)
-    for k in range(np.uint64(len(order))):
+    for k in range(len(order)):
         order[k] = process
-        head = np.uint64(heads[process] + 1)
+        head = heads[process] + 1
         heads[process] = head
-        time, who = np.inf, np.int32(0)
-        if head < np.uint64(ends[process]):
+        time, who = np.inf, 0
+        if head < ends[process]:
             time, who = entries[process, head].time, component[process, head]
         process = next_after(process, time, who, losers, times, components)
 
@@ -186,13 +181,13 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
         done += heads[process]
         total += all_events.used[process, 0]
     for k in range(done, total):
-        if is_full(observers):
+        if observers.is_full():
             return False
-        page = np.uint64(all_events.order[np.uint64(k)])
-        h = np.uint64(heads[page])
+        page = all_events.order[k]
+        h = heads[page]
         heads[page] += 1
         entry = all_events.entries[page, h]
-        i = np.int64(all_events.component[page, h])
+        i = all_events.component[page, h]
         ref, impulse = detail(all_events.details, page, h)
         clock[0].now = entry.time
         if ref < LAMBDA:
@@ -200,6 +195,6 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
         else:
             tally.collisions += 1
             tally.virial += entry.virial
-            count_pair(observers, i, np.int64(index(boundary, ref)), entry.virial)
-        record(observers, clock[0], i, ref, impulse)
+            observers.count_pair(i, boundary.index(ref), entry.virial)
+        observers.record(clock[0], i, ref, impulse)
     return True

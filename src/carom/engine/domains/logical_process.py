@@ -6,9 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import carom.engine.domains.lookahead
-import carom.engine.domains.messages
-import carom.engine.domains.synchronization  # noqa: F401 (what a process's queue answers)
 from carom.compiling import registry
 from carom.compiling.lanes import make_lanes
 from carom.engine.boundary import NearestImage
@@ -17,6 +14,7 @@ from carom.engine.calendar import make_calendar
 from carom.engine.constants import TALLY
 from carom.engine.domains.decomposition import PATCHES, Slabs
 from carom.engine.domains.event_log_merge import LpEvents, LpRecorder
+from carom.engine.domains.lp_queue import LpQueue
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
     LINE,
@@ -26,11 +24,10 @@ from carom.engine.domains.lp_state import (
     PLACE,
     TIME,
     Channels,
-    LpQueue,
 )
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.observers.interface import Observers, count_pair, listed, record
+from carom.engine.observers.interface import chained, listed
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
@@ -50,7 +47,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     model, neighbors = engine.model, engine.neighbors
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
-    if not isinstance(model.boundary, NearestImage) or not isinstance(model.timing, FromRows):
+    if type(model.boundary) is not NearestImage or not isinstance(model.timing, FromRows):
         return "its small box, or its steps of pairs"
     if hasattr(model.pair, "rates"):
         return "its growing diameters"
@@ -69,7 +66,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     if model.obstacles is not None and not isinstance(model.motion, Inertial):
         return "walls or obstacles in a field"
     for each in listed(model.observers):
-        if not any(registry.answers(question, type(each)) for question in (count_pair, record)):
+        if not any(registry.answers(question, type(each)) for question in ("count_pair", "record")):
             return f"{name_of(each)}, which observes every event when it happens"
     return None
 
@@ -156,7 +153,7 @@ def make_process(
     model = engine.model._replace(
         lanes=make_lanes(engine.model.pair),
         obstacles=clone(engine.model.obstacles),
-        observers=Observers(recorder, None),
+        observers=chained([recorder]),
     )
     tallies = aligned(1, TALLY).view(np.recarray)
     return LogicalProcess(Engine(model, state, neighbors, calendar, tallies), recorder)  # type: ignore[arg-type]

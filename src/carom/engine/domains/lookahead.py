@@ -9,15 +9,10 @@ from carom.engine.calendar import (
     ENTRIES,
     bucket_of,
     buckets_in_window,
-    choose_width,
-    clear_notes,
-    narrow,
-    note_border_event,
-    publish_time,
     time_of,
 )
-from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES, prefetch_layer
-from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
+from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN
+from carom.engine.domains.lp_state import MOST_ANNOUNCED, mask_of, patch_at, row_of
 from carom.models.questions.particles import NEVER
 
 HORIZON = 16  # buckets in which a process looks for events in zones in advance
@@ -28,7 +23,7 @@ PREFETCH_AHEAD = 4  # buckets by which what they name is asked for before a proc
 def note(calendar, side, time, i):
     """Announce an event of component i at a border."""
     lp = calendar.lp[0]
-    k = np.uint64(lp.announced_counts[side])
+    k = lp.announced_counts[side]
     if k == MOST_ANNOUNCED:
         lp.first_unannounced = min(lp.first_unannounced, time)
         return
@@ -44,13 +39,13 @@ def withdraw(calendar, side, now):
     """Withdraw what was announced at a border before now."""
     lp = calendar.lp[0]
     announced_times, announced_patches = calendar.announced_times, calendar.announced_patches
-    k = np.int64(0)
+    k = 0
     while k < lp.announced_counts[side]:
         if announced_times[side, k] >= now:
             k += 1
             continue
         lp.announced_counts[side] -= 1
-        last = np.uint64(lp.announced_counts[side])
+        last = lp.announced_counts[side]
         at = announced_patches[side, k]
         announced_times[side, k] = announced_times[side, last]
         announced_patches[side, k] = announced_patches[side, last]
@@ -68,41 +63,13 @@ def announce_at_borders(calendar, time, i, mask):
             note(calendar, side, time, i)
 
 
-@note_border_event.register
-def _note_border_event_of_lp(calendar: LpQueue, bucket, time, i):
-    if calendar.lp[0].held_borders & INTERIOR != 0:
-        return
-    mask = mask_of(calendar, np.uint64(i))
-    if mask & ANNOUNCED != 0:
-        if bucket > calendar.lp[0].scanned_bucket:
-            calendar.flags[np.uint64(bucket)] = 1
-        else:
-            announce_at_borders(calendar, time, np.uint64(i), mask)
-
-
-@clear_notes.register
-def _clear_notes_of_lp(calendar: LpQueue):
-    lp = calendar.lp[0]
-    calendar.flags[:] = 0
-    lp.announced_bucket = -2
-    lp.scanned_bucket = -1
-    lp.scanned_time = lp.announced_time
-    lp.first_unannounced = NEVER
-    lp.announced_horizon = lp.announced_time  # nothing is announced any more
-    store(calendar.channels.published_time, LINE * lp.me + 1, np.float64(lp.announced_horizon))
-    for side in range(2):
-        lp.announced_counts[side] = 0
-        for patch in range(PATCHES):
-            store(calendar.channels.event_time, patch_at(calendar, side, lp.me, 0, patch), np.float64(NEVER))
-
-
 def prefetch_bucket(calendar, state, bucket):
     """Ask for what looking into a bucket will touch."""
     buckets = calendar.buckets
-    if bucket < buckets_in_window(calendar) and calendar.flags[np.uint64(bucket)] != 0:
-        for k in range(np.uint64(buckets[np.uint64(bucket), 0])):
-            i = np.int64(buckets[np.uint64(bucket), k + np.uint64(2)])
-            prefetch_layer(calendar.neighbors, i)
+    if bucket < buckets_in_window(calendar) and calendar.flags[bucket] != 0:
+        for k in range(buckets[bucket, 0]):
+            i = buckets[bucket, k + 2]
+            calendar.neighbors.prefetch_layer(i)
             prefetch(state.rows, i)
             prefetch(state.crossing_time, i)
 
@@ -110,12 +77,12 @@ def prefetch_bucket(calendar, state, bucket):
 def scan_bucket(calendar, state, bucket):
     """Announce what a bucket holds at the borders."""
     buckets = calendar.buckets
-    for k in range(np.uint64(buckets[bucket, 0])):
-        scan_component(calendar, state, bucket, np.uint64(buckets[bucket, k + np.uint64(2)]))
+    for k in range(buckets[bucket, 0]):
+        scan_component(calendar, state, bucket, buckets[bucket, k + 2])
     link = buckets[bucket, 1]
     while link > 0:
-        for k in range(np.uint64(ENTRIES)):
-            scan_component(calendar, state, bucket, np.uint64(calendar.lines[link, k + np.uint64(2)]))
+        for k in range(ENTRIES):
+            scan_component(calendar, state, bucket, calendar.lines[link, k + 2])
         link = calendar.lines[link, 1]
 
 
@@ -123,57 +90,6 @@ def scan_component(calendar, state, bucket, i):
     """Announce component i, if it is due in this bucket and at a border."""
     mask = mask_of(calendar, i)
     time = time_of(state, i)
-    inside = time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket)
+    inside = time < calendar.control[0].end and bucket_of(calendar, time) <= bucket
     if inside and mask & ANNOUNCED != 0 and mask & OWN != 0:
         announce_at_borders(calendar, time, i, mask)
-
-
-@publish_time.register
-def _publish_time_of_lp(calendar: LpQueue, state, time):
-    lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
-    # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes
-    # to the end of what it has to do.
-    more = time < control.end and time <= lp.window_end
-    if lp.announced_bucket == control.cursor and lp.waits == 0 and lp.unacknowledged == 0 and more:
-        return
-    lp.announced_bucket = control.cursor
-    if lp.announced_time != time or lp.unacknowledged != 0:
-        lp.announced_time = time
-        last = buckets_in_window(calendar) - 1
-        target = min(last, control.cursor + HORIZON)
-        if lp.scanned_bucket < target:
-            while (
-                lp.scanned_bucket < target
-                and max(lp.announced_counts[0], lp.announced_counts[1]) < MOST_ANNOUNCED // 2
-            ):
-                lp.scanned_bucket += 1
-                prefetch_bucket(calendar, state, lp.scanned_bucket + PREFETCH_AHEAD)
-                if calendar.flags[np.uint64(lp.scanned_bucket)] != 0:
-                    scan_bucket(calendar, state, np.uint64(lp.scanned_bucket))
-            bucket_end = control.start + (lp.scanned_bucket + 1) * control.width
-            lp.scanned_time = control.end if lp.scanned_bucket == last else min(bucket_end, control.end)
-        lp.first_unannounced = NEVER if lp.first_unannounced < time else lp.first_unannounced
-        horizon = max(min(lp.scanned_time, lp.first_unannounced), time)
-        if horizon != lp.announced_horizon:
-            lp.announced_horizon = horizon
-            store(published_time, LINE * lp.me + 1, np.float64(horizon))
-        store(published_time, LINE * lp.me, np.float64(time))
-        for side in range(2):
-            if lp.announced_counts[side] != 0:
-                withdraw(calendar, side, time)
-    if lp.unacknowledged != 0:
-        lp.unacknowledged = 0
-        for slot in range(2):
-            store(calendar.channels.acknowledged, LINE * lp.me + slot, lp.read[slot])
-
-
-@choose_width.register
-def _choose_width_of_lp(calendar: LpQueue, n, longest):
-    """All processes lay out their calendars at the same times: nobody waits for another that does."""
-    return
-
-
-@narrow.register
-def _narrow_of_lp(calendar: LpQueue, longest):
-    """For the same reason a process whose lines run out is given more of them."""
-    return False

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from carom.compiling.instructions import store
-from carom.engine.domains.decomposition import PATCHES, layer_of
+from carom.engine.domains.decomposition import PATCHES
 
 MOST_MESSAGES = 256
 """Messages that may be on their way to a process from one side; a power of two."""
@@ -94,37 +94,14 @@ class Channels(NamedTuple):
     """Earliest event announced in each patch of both borders, (processes, 2, PATCHES) float64."""
 
 
-class LpQueue(NamedTuple):
-    """The calendar of a process: the first five as those of a ``Calendar``."""
-
-    control: Any
-    buckets: np.ndarray
-    lines: np.ndarray
-    event_time: np.ndarray
-    component: np.ndarray
-    neighbors: Any  # the neighbor scheme, which says where components are
-    lp: Any  # one record of type LP_STATE
-    channels: Channels
-    mask: np.ndarray  # what each layer is to the process, (layers,) uint8
-    along: np.ndarray  # two axes along which borders are divided into patches, (2,) int64
-    patches: np.ndarray  # into how many, along each of them, (2,) int64
-    rows: np.ndarray  # the row of patches that each layer along each of them is in, (2, layers) int64
-    layers: np.ndarray  # layers along each axis, (d,) int64
-    conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
-    history: np.ndarray  # the last events, (HISTORY_LENGTH, 8 or more) float64
-    announced_times: np.ndarray  # times of the events announced on each side, (2, MOST_ANNOUNCED) float64
-    announced_patches: np.ndarray  # their patches, (2, MOST_ANNOUNCED) int64
-    flags: np.ndarray  # whether a bucket may hold one, (buckets,) uint8
-
-
 def mask_of(calendar, i):
     """Return what the layer of component i is to this process."""
-    return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)])
+    return calendar.mask[calendar.neighbors.layer_of(i, calendar.lp[0].axis)]
 
 
 def row_of(calendar, i, k):
     """Return the row of patches that component i is in, along the k-th axis of a border."""
-    return calendar.rows[k, layer_of(calendar.neighbors, i, calendar.along[k])]
+    return calendar.rows[k, calendar.neighbors.layer_of(i, calendar.along[k])]
 
 
 def patch_at(calendar, side, process, patch_row, column):
@@ -140,15 +117,24 @@ def beside(lp, side):
 
 def slot_of(lp, side):
     """Return which messages are those from or to the process on a side: of two, all are from below."""
-    return np.int64(0 if lp.processes == 2 else side)
+    return 0 if lp.processes == 2 else side
 
 
 def border(lp, side):
     """Return where the lock of the border on a side is."""
-    return np.int64(LINE) * np.int64(lp.me if side == 0 else beside(lp, np.int64(1)))
+    return LINE * (lp.me if side == 0 else beside(lp, 1))
 
 
 def abort_window(calendar):
     """Tell all processes that the window is rolled back."""
     for process in range(calendar.lp[0].processes):
-        store(calendar.channels.sent_count, LINE * process + 2, np.int64(1))
+        store(calendar.channels.sent_count, LINE * process + 2, 1)
+
+
+def unlock(calendar):
+    """Let others have the borders that this process holds."""
+    lp = calendar.lp[0]
+    for side in range(2):
+        if lp.held_borders & (side + 1) != 0:
+            store(calendar.channels.border_locks, border(lp, side), 0)
+    lp.held_borders = 0

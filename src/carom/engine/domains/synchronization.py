@@ -8,24 +8,17 @@ those, a straggler, rolls the window back (:mod:`.rollback`).
 
 from __future__ import annotations
 
-import numpy as np
-
-from carom.compiling.instructions import load, take, yield_thread
-from carom.engine.boundary import index
-from carom.engine.calendar import pop, safe_to_process, should_return, time_of
-from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
+from carom.compiling.instructions import load, take
+from carom.engine.calendar import time_of
+from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, OWN, layers_apart
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
-    INTERIOR,
     LATEST,
     LINE,
     MOST_MESSAGES,
     PLACE,
-    PROCESSING,
     TIME,
     WHOSE,
-    LpQueue,
-    abort_window,
     beside,
     border,
     mask_of,
@@ -33,7 +26,6 @@ from carom.engine.domains.lp_state import (
     row_of,
     slot_of,
 )
-from carom.engine.domains.messages import unlock
 from carom.engine.neighbors.prefetch import leaves_first
 from carom.models.questions.particles import NEVER
 
@@ -45,11 +37,11 @@ def no_earlier_event(calendar, side, now, i):
     lp, channels = calendar.lp[0], calendar.channels
     other = beside(lp, side)
     slot = slot_of(lp, side)
-    if lp.unread[np.uint64(slot)] < NEVER:
+    if lp.unread[slot] < NEVER:
         read = load(channels.acknowledged, LINE * other + slot_of(lp, 1 - side))
-        if read == lp.written[np.uint64(slot)]:
-            lp.unread[np.uint64(slot)] = NEVER
-        elif lp.unread[np.uint64(slot)] <= now or lp.written[np.uint64(slot)] - read > MOST_MESSAGES // 2:
+        if read == lp.written[slot]:
+            lp.unread[slot] = NEVER
+        elif lp.unread[slot] <= now or lp.written[slot] - read > MOST_MESSAGES // 2:
             return False
     safe_time = load(channels.published_time, LINE * other)
     if safe_time > now or (safe_time == now and lp.me < other):
@@ -81,9 +73,9 @@ def around(k, count):
 def near_to(calendar, history, k, i):
     """Return whether component i is near the k-th event that is remembered."""
     for axis in range(len(calendar.layers)):
-        layer = layer_of(calendar.neighbors, i, axis)
+        layer = calendar.neighbors.layer_of(i, axis)
         if (
-            layers_apart(layer, np.int64(history[k, PLACE + axis]), calendar.layers[axis])
+            layers_apart(layer, int(history[k, PLACE + axis]), calendar.layers[axis])
             > calendar.conflict_range[axis]
         ):
             return False
@@ -96,15 +88,15 @@ def record_history(calendar, history, k, i, now, local_time):
     history[k, LATEST] = local_time
     history[k, WHOSE] = calendar.lp[0].me
     for axis in range(len(calendar.layers)):
-        history[k, PLACE + axis] = layer_of(calendar.neighbors, i, axis)
+        history[k, PLACE + axis] = calendar.neighbors.layer_of(i, axis)
 
 
 def borders_of(calendar, state, boundary, i):
     """Return the borders in whose zones the event of component i is."""
     mask = mask_of(calendar, i)
-    ref = np.int64(state.partner[i])
+    ref = state.partner[i]
     if ref >= 0 and not leaves_first(state, i):
-        mask |= mask_of(calendar, np.uint64(index(boundary, ref)))
+        mask |= mask_of(calendar, boundary.index(ref))
     return mask & BORDERS
 
 
@@ -113,7 +105,7 @@ def lock_borders(calendar, state, boundary, i, now, borders):
     lp, channels = calendar.lp[0], calendar.channels
     for side in range(2):
         if borders & (side + 1) != 0:
-            if take(channels.border_locks, border(lp, np.int64(side))) != 0:
+            if take(channels.border_locks, border(lp, side)) != 0:
                 return False
             lp.held_borders |= side + 1
     # All that others have sent is on its way by now.
@@ -127,13 +119,13 @@ def lock_borders(calendar, state, boundary, i, now, borders):
 def no_straggler_at_border(calendar, side, i, now):
     """Return whether nothing later was processed near component i at a border, by others; and note it."""
     lp, channels = calendar.lp[0], calendar.channels
-    at = border(lp, np.int64(side))
-    b = np.uint64(at // LINE)
+    at = border(lp, side)
+    b = at // LINE
     count = channels.border_locks[b, 1]
     history = channels.history[b]
     local_time = now
     for back in range(min(count, HISTORY_LENGTH)):
-        k = np.uint64((count - 1 - back) & (HISTORY_LENGTH - 1))
+        k = (count - 1 - back) & (HISTORY_LENGTH - 1)
         local_time = max(local_time, history[k, LATEST])
         if history[k, LATEST] < now:
             break
@@ -141,19 +133,19 @@ def no_straggler_at_border(calendar, side, i, now):
         if (later and near_to(calendar, history, k, i)) or back == HISTORY_LENGTH - 1:
             return False
     channels.border_locks[b, 1] = count + 1
-    record_history(calendar, history, np.uint64(count & (HISTORY_LENGTH - 1)), i, now, local_time)
+    record_history(calendar, history, count & (HISTORY_LENGTH - 1), i, now, local_time)
     return True
 
 
 def no_straggler(calendar, i, now):
     """Note component i, and return whether this process has processed nothing later near it."""
     lp, history = calendar.lp[0], calendar.history
-    entry = np.uint64(lp.processed & (HISTORY_LENGTH - 1))
+    entry = lp.processed & (HISTORY_LENGTH - 1)
     if now < lp.local_time:
         # What was far from all borders is not remembered, and may concern those that are not near one.
         if mask_of(calendar, i) & ANNOUNCED == 0 or history[entry, TIME] > now:
             return False
-        for k in range(np.uint64(HISTORY_LENGTH)):
+        for k in range(HISTORY_LENGTH):
             if history[k, TIME] > now and near_to(calendar, history, k, i):
                 return False
         lp.stragglers += 1
@@ -161,49 +153,3 @@ def no_straggler(calendar, i, now):
     lp.processed += 1
     record_history(calendar, history, entry, i, now, lp.local_time)
     return True
-
-
-@safe_to_process.register
-def _safe_to_process_of_lp(calendar: LpQueue, state, boundary, i, now):
-    lp = calendar.lp[0]
-    lp.waits += 1
-    mask = mask_of(calendar, i)
-    if mask & (OWN | HISTORY) == OWN and now >= lp.local_time:
-        lp.local_time = now
-        lp.waits = 0
-        lp.held_borders = PROCESSING | INTERIOR
-        return True
-    if mask & OWN == 0:  # it has gone over to another process, which knows of it
-        pop(calendar)
-        return False
-    borders = borders_of(calendar, state, boundary, i)
-    if borders != 0:
-        for side in range(2):
-            if borders & (side + 1) != 0 and not no_earlier_event(calendar, np.int64(side), now, i):
-                return False
-        if not lock_borders(calendar, state, boundary, i, now, borders):
-            return False
-        for side in range(2):
-            if borders & (side + 1) != 0 and not no_straggler_at_border(calendar, side, i, now):
-                abort_window(calendar)
-                return False
-    if not no_straggler(calendar, i, now):
-        abort_window(calendar)
-        return False
-    lp.waits = 0
-    lp.held_borders |= PROCESSING
-    return True
-
-
-@should_return.register
-def _should_return_of_lp(calendar: LpQueue):
-    lp = calendar.lp[0]
-    if lp.waits % lp.spins_before_yield == 0:
-        if lp.held_borders != 0:
-            unlock(calendar)
-        yield_thread()
-    stopped = load(calendar.channels.sent_count, LINE * lp.me + 2) != 0
-    if stopped or lp.waits >= MOST_WAITS:
-        lp.waits = 0
-        return True
-    return False

@@ -14,15 +14,11 @@ search covers a certain time, after which the component searches again.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine import search
-from carom.engine.boundary import separation
+from carom.compiling.registry import cold
 from carom.engine.constants import LAMBDA
-from carom.engine.neighbors import interface
 from carom.engine.neighbors.contact_cache import (
     STALE,
     Contacts,
@@ -32,12 +28,11 @@ from carom.engine.neighbors.contact_cache import (
     keep,
     make_contacts,
 )
-from carom.engine.neighbors.interface import cross, transit_time
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
-from carom.engine.search import contact_time_of, relative
+from carom.engine.search import Timing, relative
 from carom.engine.state import aligned
 from carom.models.questions.interaction import core_square, growth, interaction_time
-from carom.models.questions.motion import meeting_time, position
 from carom.models.questions.particles import NEVER
 
 WIDENED = 1.0 + 2.0**-10
@@ -51,8 +46,7 @@ sqrt(2) diameters away, must be the one that is met.
 """
 
 
-@answering(interface)
-class Everybody(NamedTuple):
+class Everybody(NeighborScheme):
     """All components, side by side."""
 
     span: float
@@ -103,15 +97,15 @@ class Everybody(NamedTuple):
             k, known = best_of(contacts, state, i, False)
             if known:
                 if k < 0:
-                    return np.int64(-1), 0.0
+                    return -1, 0.0
                 contact = contact_of(contacts, i, k)
                 self.start_times[i] = contact.start_time
-                return np.int64(contact.other), 0.0
+                return contact.other, 0.0
         clear(contacts, i)
-        return search_all(self, model, state, i, now, np.int64(-1), avoided), 0.0
+        return search_all(self, model, state, i, now, -1, avoided), 0.0
 
     def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
-        return np.int64(-1), 0.0
+        return -1, 0.0
 
     def transit_time(self, motion, boundary, state, i, now):
         return self.span if self.fastest[0] > 0.0 else NEVER
@@ -123,13 +117,13 @@ class Everybody(NamedTuple):
 
     def begin_epoch(self, model, state, tally):
         rows = state.rows
-        n = np.uint64(len(self.start_times))
+        n = len(self.start_times)
         search_everybody(self, model, state, 0.0)
         for i in range(n):
             # An advancement now for whom contacts found no room: it looks at all by itself.
             rows[i].event_time = NEVER if self.contacts.first_dropped[i] == NEVER else 0.0
             state.partner[i] = LAMBDA
-            state.crossing_time[i] = transit_time(self, model.motion, model.boundary, state, i, 0.0)
+            state.crossing_time[i] = self.transit_time(model.motion, model.boundary, state, i, 0.0)
         # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
         changed = True
         while changed:
@@ -137,9 +131,13 @@ class Everybody(NamedTuple):
             for i in range(n):
                 changed |= choose(self, model, state, tally, i)
 
+    @cold
     def build(self, motion, boundary, state):
         self.lined_up_epoch[0] = -1
         return True
+
+    def cross(self, motion, boundary, state, i, now):
+        return True, self.names, 0, 0
 
 
 def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
@@ -167,8 +165,7 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
     )
 
 
-@answering(interface)
-class Pairs(NamedTuple):
+class Pairs(NeighborScheme):
     """Nothing but the time that a search covers, and the names of all."""
 
     span: float  # time that a search covers
@@ -178,25 +175,26 @@ class Pairs(NamedTuple):
         return first_of_pairs(self, model, state, i, now, NEVER, avoided), 0.0
 
     def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
-        return first_of_pairs(
-            self, model, state, i, now, np.float64(state.rows[i].event_time), np.int64(-1)
-        ), 0.0
+        return first_of_pairs(self, model, state, i, now, np.float64(state.rows[i].event_time), -1), 0.0
 
     def transit_time(self, motion, boundary, state, i, now):
         return now + self.span
 
+    @cold
     def build(self, motion, boundary, state):
         return True
 
+    def cross(self, motion, boundary, state, i, now):
+        return True, self.names, 0, 0
 
-@answering(search)
-class AlongCurves(NamedTuple):
+
+class AlongCurves(Timing):
     """Contacts of components that do not fly straight relative to each other."""
 
     span: float  # time that a search covers
 
-    def contact_time_of(self, model, state, i, ref, now, t):
-        low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))
+    def contact_time(self, model, state, i, ref, now, t):
+        low_index, high_index = min(i, ref), max(i, ref)
         t, clamped = curved_meeting(model, state, low_index, high_index, now, NEVER, self.span)
         return now + t, clamped
 
@@ -209,25 +207,25 @@ def make_pairs(n: int, span: float) -> Pairs:
 def pack_one(everybody, motion, state, i):
     """Put component i among the others, as its row says."""
     me = state.rows[i]
-    block_index, lane = np.uint64(i) // np.uint64(BLOCK), np.uint64(i) % np.uint64(BLOCK)
-    start_index = block_index * np.uint64(2 * BLOCK * len(everybody.inverse)) + lane
+    block_index, lane = i // BLOCK, i % BLOCK
+    start_index = block_index * (2 * BLOCK * len(everybody.inverse)) + lane
     for axis in range(len(everybody.inverse)):
         inverse = everybody.inverse[axis]
-        x = position(motion, axis, me.x[axis], me.v[axis], -me.t) * inverse
+        x = motion.position(axis, me.x[axis], me.v[axis], -me.t) * inverse
         v = np.float64(me.v[axis]) * (inverse * everybody.span)
-        everybody.packed_flights[start_index + np.uint64(2 * axis * BLOCK)] = (x - np.floor(x)) * UNITS
-        everybody.packed_flights[start_index + np.uint64((2 * axis + 1) * BLOCK)] = v * UNITS
+        everybody.packed_flights[start_index + 2 * axis * BLOCK] = (x - np.floor(x)) * UNITS
+        everybody.packed_flights[start_index + (2 * axis + 1) * BLOCK] = v * UNITS
         everybody.fastest[0] = max(everybody.fastest[0], abs(v))
-        swiftest = block_index * np.uint64(len(everybody.inverse)) + np.uint64(axis)
+        swiftest = block_index * len(everybody.inverse) + axis
         everybody.swiftest[swiftest] = max(everybody.swiftest[swiftest], abs(v))
 
 
 def pack_self(everybody, i):
     """Put the flight of component i apart."""
-    block_index, lane = np.uint64(i) // np.uint64(BLOCK), np.uint64(i) % np.uint64(BLOCK)
-    start_index = block_index * np.uint64(2 * BLOCK * len(everybody.inverse)) + lane
+    block_index, lane = i // BLOCK, i % BLOCK
+    start_index = block_index * (2 * BLOCK * len(everybody.inverse)) + lane
     for k in range(2 * len(everybody.inverse)):
-        everybody.packed_self[k] = everybody.packed_flights[start_index + np.uint64(k * BLOCK)]
+        everybody.packed_self[k] = everybody.packed_flights[start_index + k * BLOCK]
 
 
 def pack_all(everybody, motion, state):
@@ -238,7 +236,7 @@ def pack_all(everybody, motion, state):
         everybody.fastest[0] = 0.0
         for k in range(len(everybody.swiftest)):
             everybody.swiftest[k] = 0.0
-        for i in range(np.uint64(len(everybody.start_times))):
+        for i in range(len(everybody.start_times)):
             pack_one(everybody, motion, state, i)
 
 
@@ -246,13 +244,13 @@ def approach(everybody, model, state, i, j, now, at_plane):
     """Return a time one diameter of flight before i and j are closest, near that of the plane of j."""
     rows = state.rows
     me = rows[i]
-    other = rows[np.uint64(j)]
+    other = rows[j]
     rv = 0.0
     vv = 0.0
     for axis in range(len(everybody.inverse)):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], at_plane - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], at_plane - other.t)
-        r = separation(model.boundary, i, j, axis, y - x)
+        x = model.motion.position(axis, me.x[axis], me.v[axis], at_plane - me.t)
+        y = model.motion.position(axis, other.x[axis], other.v[axis], at_plane - other.t)
+        r = model.boundary.separation(i, j, axis, y - x)
         v = np.float64(other.v[axis]) - np.float64(me.v[axis])
         rv += r * v
         vv += v * v
@@ -264,41 +262,41 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
     flight = everybody.flight
     dimension = len(everybody.inverse)
     me = state.rows[i]
-    other = state.rows[np.uint64(j)]
+    other = state.rows[j]
     fastest = 0.0
-    main = np.int64(0)
+    main = 0
     for axis in range(dimension):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        x = model.motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = model.motion.position(axis, other.x[axis], other.v[axis], now - other.t)
         speed = (np.float64(other.v[axis]) - np.float64(me.v[axis])) * everybody.inverse[axis]
-        flight[np.uint64(2 * axis)] = (y - x) * everybody.inverse[axis]
-        flight[np.uint64(2 * axis + 1)] = speed
+        flight[2 * axis] = (y - x) * everybody.inverse[axis]
+        flight[2 * axis + 1] = speed
         if abs(speed) * everybody.lengths[axis] > fastest:
             fastest = abs(speed) * everybody.lengths[axis]
-            main = np.int64(axis)
+            main = axis
     if fastest == 0.0:
         return now, NEVER
-    u = flight[np.uint64(2 * main)]
-    w = flight[np.uint64(2 * main + 1)]
+    u = flight[2 * main]
+    w = flight[2 * main + 1]
     # The last axis in the place of the one that counts the planes.
-    flight[np.uint64(2 * main)] = flight[np.uint64(2 * dimension - 2)]
-    flight[np.uint64(2 * main + 1)] = flight[np.uint64(2 * dimension - 1)]
+    flight[2 * main] = flight[2 * dimension - 2]
+    flight[2 * main + 1] = flight[2 * dimension - 1]
     ahead = u if w > 0.0 else -u
     period = 1.0 / abs(w)
     first_plane = np.ceil(ahead - everybody.width)
     last = np.floor(ahead + abs(w) * (everybody.span - now) + everybody.width)
-    for number in range(np.int64(last - first_plane) + 1):
+    for number in range(int(last - first_plane) + 1):
         at_plane = (first_plane + number - ahead) * period
         near = True
         for axis in range(dimension - 1):
-            coordinate = flight[np.uint64(2 * axis)] + flight[np.uint64(2 * axis + 1)] * at_plane
+            coordinate = flight[2 * axis] + flight[2 * axis + 1] * at_plane
             near &= abs(coordinate - np.rint(coordinate)) <= everybody.width
         if not near:
             continue
         start_index = approach(everybody, model, state, i, j, now, now + at_plane)
         rr, rv, vv = relative(model, state, i, j, start_index)
-        event_time = start_index + interaction_time(model.pair, np.int64(i), j, rr, rv, vv, start_index)
-        repeats = j == np.int64(avoided) and event_time <= now
+        event_time = start_index + interaction_time(model.pair, i, j, rr, rv, vv, start_index)
+        repeats = j == avoided and event_time <= now
         if event_time <= everybody.span and not repeats:
             return start_index, event_time
     return now, NEVER
@@ -311,24 +309,24 @@ def search_all(everybody, model, state, i, now, after, avoided):
     """
     contacts = everybody.contacts
     pack_self(everybody, i)
-    n = np.int64(len(everybody.start_times))
+    n = len(everybody.start_times)
     best = NEVER
-    chosen = np.int64(-1)
+    chosen = -1
     elapsed = now / everybody.span
     covered = 1.0 - elapsed
     position_error = position_error_of(everybody, elapsed, covered)
-    start_index = np.int64(after) + 1
+    start_index = after + 1
     for start in range(start_index // BLOCK * BLOCK, n, BLOCK):
         limit = prefilter(everybody, elapsed, covered, position_error, start)
         lane, last = marked(everybody, max(start_index - start, 0), limit)
         while lane < BLOCK:
-            j = np.int64(start) + np.int64(lane)
-            if j < n and j != np.int64(i) and contacts.counts[j] != STALE:
+            j = start + lane
+            if j < n and j != i and contacts.counts[j] != STALE:
                 shortly, event_time = exact_meeting(everybody, model, state, i, j, now, avoided)
                 if event_time < NEVER:
-                    keep(contacts, i, np.uint64(j), shortly, event_time)
-                    keep(contacts, np.uint64(j), i, shortly, event_time)
-                    if event_time < best and event_time <= state.rows[np.uint64(j)].event_time:
+                    keep(contacts, i, j, shortly, event_time)
+                    keep(contacts, j, i, shortly, event_time)
+                    if event_time < best and event_time <= state.rows[j].event_time:
                         best = event_time
                         chosen = j
                         everybody.start_times[i] = shortly
@@ -341,15 +339,10 @@ def search_all(everybody, model, state, i, now, after, avoided):
 def search_everybody(everybody, model, state, now):
     """Look at every pair, from now to the end of the epoch."""
     pack_all(everybody, model.motion, state)
-    for i in range(np.uint64(len(everybody.start_times))):
+    for i in range(len(everybody.start_times)):
         clear(everybody.contacts, i)
-    for i in range(np.uint64(len(everybody.start_times))):
-        search_all(everybody, model, state, i, now, i, np.int64(-1))
-
-
-@cross.register
-def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
-    return True, neighbors.names, np.uint64(0), np.int64(0)
+    for i in range(len(everybody.start_times)):
+        search_all(everybody, model, state, i, now, i, -1)
 
 
 def choose(everybody, model, state, tally, i):
@@ -359,43 +352,43 @@ def choose(everybody, model, state, tally, i):
     if k < 0 or contact_of(everybody.contacts, i, k).event_time >= rows[i].event_time:
         return False
     contact = contact_of(everybody.contacts, i, k)
-    j = np.uint64(contact.other)
+    j = contact.other
     for left in (state.partner[i], state.partner[j]):
         if left >= 0:
             rows[left].event_time = NEVER
             state.partner[left] = LAMBDA
     everybody.start_times[i] = contact.start_time
-    event_time, clamped = contact_time_of(model.timing, model, state, i, np.int64(j), 0.0, 0.0)
-    tally.clamped += np.int64(clamped)
+    event_time, clamped = model.timing.contact_time(model, state, i, j, 0.0, 0.0)
+    tally.clamped += clamped
     rows[i].event_time = event_time
     rows[j].event_time = event_time
-    state.partner[i] = np.int64(j)
-    state.partner[j] = np.int64(i)
+    state.partner[i] = j
+    state.partner[j] = i
     return True
 
 
 def curved_meeting(model, state, i, j, now, limit, span):
     """Return the time until i and j touch, or NEVER beyond ``limit``, and whether they do so already."""
-    contact = np.sqrt(core_square(model.pair, np.int64(i), np.int64(j), now))
-    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
+    contact = np.sqrt(core_square(model.pair, i, j, now))
+    rate = growth(model.pair, i) + growth(model.pair, j)
     rows = state.rows
-    me, other = rows[np.uint64(i)], rows[np.uint64(j)]
-    return meeting_time(model.motion, me, other, now, contact, rate, limit, span)
+    me, other = rows[i], rows[j]
+    return model.motion.meeting_time(me, other, now, contact, rate, limit, span)
 
 
 def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
     """Return whom i meets first until ``limit`` or the search's end, or -1; not the one ``avoided`` now."""
     best = min(now + neighbors.span, limit)
-    chosen = np.int64(-1)
-    for j in range(np.int64(len(neighbors.names))):
-        if j == np.int64(i):
+    chosen = -1
+    for j in range(len(neighbors.names)):
+        if j == i:
             continue
-        end = min(best, np.float64(state.rows[np.uint64(j)].event_time))
+        end = min(best, np.float64(state.rows[j].event_time))
         # In the order of their numbers, so that a meeting has the same bits for both.
-        low_index, high_index = min(np.int64(i), j), max(np.int64(i), j)
+        low_index, high_index = min(i, j), max(i, j)
         t, _ = curved_meeting(model, state, low_index, high_index, now, end - now, neighbors.span)
         event_time = now + t
-        if event_time < best and event_time <= end and not (j == np.int64(avoided) and event_time <= now):
+        if event_time < best and event_time <= end and not (j == avoided and event_time <= now):
             best = event_time
-            chosen = np.int64(j)
+            chosen = j
     return chosen

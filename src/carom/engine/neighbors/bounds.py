@@ -6,68 +6,49 @@ may move inside (its *skin*), the room of its list, and its level.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from carom.compiling.lanes import pack
-from carom.compiling.registry import answering, required
+from carom.compiling.registry import Questions
 
 
-@required
-def list_range_sq(bounds, i, j):
-    """Return the squared distance of reference points up to which i and j are listed."""
+class Bounds(Questions):
+    """What bounds answer."""
+
+    def list_range_sq(self, i, j):
+        """Return the squared distance of reference points up to which i and j are listed."""
+        raise NotImplementedError
+
+    def pack_bounds(self, found, k, sizes):
+        """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
+        raise NotImplementedError
+
+    def list_range_sq_found(self, i, k, sizes):
+        """Return ``list_range_sq`` of i and the k-th of those whose ``sizes`` are side by side."""
+        raise NotImplementedError
+
+    def skin_at(self, i, now):
+        """Return how far from its reference point component i may be, and how fast that shrinks."""
+        raise NotImplementedError
+
+    def start(self, i):
+        """Return where the list of component i begins; that of i + 1 begins where its room ends."""
+        raise NotImplementedError
+
+    def size_class(self, i):
+        """Return the level of component i."""
+        raise NotImplementedError
+
+    def max_range_sq(self, i, size_class):
+        """Return the largest ``list_range_sq`` of i and those of a level."""
+        raise NotImplementedError
+
+    def class_count(self):
+        """Return how many levels there are."""
+        raise NotImplementedError
 
 
-@required
-def pack_bounds(bounds, found, k, sizes):
-    """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
-
-
-@required
-def list_range_sq_found(bounds, i, k, sizes):
-    """Return ``list_range_sq`` of i and the k-th of those whose ``sizes`` are side by side."""
-
-
-@required
-def skin_at(bounds, i, now):
-    """Return how far from its reference point component i may be, and how fast that shrinks."""
-
-
-@required
-def start(bounds, i):
-    """Return where the list of component i begins; that of i + 1 begins where its room ends."""
-
-
-@required
-def size_class(bounds, i):
-    """Return the level of component i."""
-
-
-@required
-def max_range_sq(bounds, i, size_class):
-    """Return the largest of the distances of ``list_range_sq`` between i and those of a level, squared."""
-
-
-@required
-def class_count(bounds):
-    """Return how many levels there are."""
-
-
-ASKED = (
-    list_range_sq,
-    pack_bounds,
-    list_range_sq_found,
-    skin_at,
-    start,
-    size_class,
-    max_range_sq,
-    class_count,
-)
-
-
-@answering(*ASKED)
-class EqualBounds(NamedTuple):
+class EqualBounds(Bounds):
     """Bounds of components that are all of one diameter."""
 
     square: float  # square of the distance of reference points up to which two components are listed
@@ -87,10 +68,10 @@ class EqualBounds(NamedTuple):
         return self.skin, 0.0
 
     def start(self, i):
-        return i * np.uint64(self.capacity)
+        return i * self.capacity
 
     def size_class(self, i):
-        return np.uint64(0)
+        return 0
 
     def max_range_sq(self, i, size_class):
         return self.square
@@ -99,8 +80,7 @@ class EqualBounds(NamedTuple):
         return 1
 
 
-@answering(*ASKED)
-class UnequalBounds(NamedTuple):
+class UnequalBounds(Bounds):
     """Bounds of components of several diameters."""
 
     bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
@@ -120,7 +100,7 @@ class UnequalBounds(NamedTuple):
         return both * both
 
     def pack_bounds(self, found, k, sizes):
-        pack(self.bounds, found, k, np.int64(0), sizes, k)
+        pack(self.bounds, found, k, 0, sizes, k)
 
     def list_range_sq_found(self, i, k, sizes):
         both = self.bounds[i] + sizes[k]
@@ -130,10 +110,10 @@ class UnequalBounds(NamedTuple):
         return _skin_of(self.rates, self, i, now)
 
     def start(self, i):
-        return np.uint64(self.starts[i])
+        return self.starts[i]
 
     def size_class(self, i):
-        return np.uint64(self.size_classes[i])
+        return self.size_classes[i]
 
     def max_range_sq(self, i, size_class):
         both = self.bounds[i] + self.largest[size_class]

@@ -47,7 +47,7 @@ def make_contacts(n: int, number: type) -> Contacts:
 
 def contact_of(contacts, i, k):
     """Return contact number k of component i, a record."""
-    return contacts.found[np.uint64(i) * np.uint64(CAPACITY) + np.uint64(k)]
+    return contacts.found[i * CAPACITY + k]
 
 
 def clear(contacts, i):
@@ -58,7 +58,7 @@ def clear(contacts, i):
 
 def stands(contacts, contact):
     """Return whether the partner of a contact still flies as it did when the contact was found."""
-    return contacts.versions[np.uint64(contact.other)] == contact.version
+    return contacts.versions[contact.other] == contact.version
 
 
 def keep(contacts, i, j, start_time, event_time):
@@ -67,7 +67,7 @@ def keep(contacts, i, j, start_time, event_time):
     slot = count
     for k in range(count):
         contact = contact_of(contacts, i, k)
-        if np.int64(contact.other) == np.int64(j):
+        if contact.other == j:
             slot = k
             break
         if not stands(contacts, contact):
@@ -84,7 +84,7 @@ def keep(contacts, i, j, start_time, event_time):
     elif slot == count:
         contacts.counts[i] = count + 1
     contact = contact_of(contacts, i, slot)
-    contact.other = np.int64(j)
+    contact.other = j
     contact.version = contacts.versions[j]
     contact.start_time = start_time
     contact.event_time = event_time
@@ -97,15 +97,15 @@ def best_of(contacts, state, i, before):
     time.
     """
     best = NEVER
-    chosen = np.int64(-1)
+    chosen = -1
     for k in range(contacts.counts[i]):
         contact = contact_of(contacts, i, k)
         event_time, other = (
             np.float64(contact.event_time),
-            np.float64(state.rows[np.uint64(contact.other)].event_time),
+            np.float64(state.rows[contact.other].event_time),
         )
         free = event_time < other or (event_time == other and not before)
         if event_time < best and free and stands(contacts, contact):
             best = event_time
-            chosen = np.int64(k)
+            chosen = k
     return chosen, best <= contacts.first_dropped[i]

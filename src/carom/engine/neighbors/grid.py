@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.engine.lattice import position_at, velocity_at
 from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
 
 
@@ -25,21 +24,21 @@ def coordinate_bits(dimension):
 
 def bits(lists):
     """Return how many bits of a reference point are for one axis."""
-    return np.int64(coordinate_bits(len(lists.grid_step)))
+    return coordinate_bits(len(lists.grid_step))
 
 
 def grid_coordinate(lists, point, axis):
     """Return the coordinate of a reference point along an axis, in steps."""
     size = bits(lists)
-    return np.int64(np.uint64(point) >> np.uint64(size * axis)) & ((np.int64(1) << size) - 1)
+    return int(point >> size * axis) & ((1 << size) - 1)
 
 
 def grid_difference(lists, to, since, axis):
     """Return the component along an axis of the way between two reference points, of the nearest image."""
-    shift = np.uint64(bits(lists) * axis)
-    half = np.int64(1) << (bits(lists) - 1)
+    shift = bits(lists) * axis
+    half = 1 << (bits(lists) - 1)
     # The bits of other axes, above, are cut off with those of the wrap.
-    way = np.int64(np.uint64(to) >> shift) - np.int64(np.uint64(since) >> shift)
+    way = int(to >> shift) - int(since >> shift)
     return np.int32(((way + half) & (2 * half - 1)) - half) * lists.grid_step[axis]
 
 
@@ -80,7 +79,7 @@ def least_difference(window, lists, to, since, axis):
 
 
 def _along_lattice(motion, lists, boundary, me, point, axis, now):
-    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    x = motion.position_at(axis, me.x, me.v, now - me.t, now)
     r = x - grid_coordinate(lists, point, axis) * lists.grid_step[axis]
     return r - boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
 
@@ -99,7 +98,7 @@ def speed_from_reference(window, motion, lists, boundary, me, point, axis, now):
     """Return how fast that changes."""
     if window is None:
         return np.float64(me.v[axis])
-    v = np.float64(velocity_at(motion, axis, me.v, now - me.t))
+    v = np.float64(motion.velocity_at(axis, me.v, now - me.t))
     if axis == 0:
         v += motion.rate * _along_lattice(motion, lists, boundary, me, point, 1, now)
     return v
@@ -180,11 +179,11 @@ def make_grid(shapes, spans) -> Grid:
 
 def cell_of(lists, own_class, point):
     """Return the cell of a reference point in the grid of level ``own_class``."""
-    cell = np.int64(0)
+    cell = 0
     for axis in range(len(lists.grid_step)):
         size = lists.grid.shape[own_class, axis]
         cell = cell * size + ((grid_coordinate(lists, point, axis) * size) >> bits(lists))
-    return np.uint64(lists.grid.base[own_class] + cell)
+    return lists.grid.base[own_class] + cell
 
 
 SQUARE_MARGIN = 1e-9
@@ -198,8 +197,8 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
     new to it is nearer to the new point than to the old one.
     """
     grid = lists.grid
-    half = np.uint64(0)
-    count = np.uint64(1)
+    half = 0
+    count = 1
     start = SQUARE_MARGIN * range_sq
     for axis in range(len(lists.grid_step)):
         start += half_square(lists.window, lists, point, old, axis) if moved else 0.0
@@ -212,13 +211,13 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
         scaled = grid_coordinate(lists, point, axis) * size
         home = scaled >> bits(lists)
         inside = (scaled - (home << bits(lists))) * lists.grid_step[axis] / size
-        side = lists.grid_step[axis] * np.float64(np.int64(1) << bits(lists)) / size
+        side = lists.grid_step[axis] * np.float64(1 << bits(lists)) / size
         step, spread = pull(lists.window, lists, point, old, axis) if moved else (0.0, 0.0)
         around = 2 * span + 1 > size  # all of them, each once
         lowest_offset = -(size // 2) if around else -span
         offsets_end = lowest_offset + size if around else span + 1
-        other_half = np.uint64(1) - half
-        total = np.uint64(0)
+        other_half = 1 - half
+        total = 0
         for offset in range(lowest_offset, offsets_end):
             low = offset * side - inside
             high = low + side
@@ -233,11 +232,11 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
                 grid.neighbor_cells[other_half, total] = grid.neighbor_cells[half, k] * size + cell
                 grid.gaps[other_half, total] = square
                 grid.ahead[other_half, total] = grid.ahead[half, k] + ahead
-                total += np.uint64(square <= range_sq * (1.0 + SQUARE_MARGIN))
+                total += square <= range_sq * (1.0 + SQUARE_MARGIN)
         half = other_half
         count = total
-    count_kept = np.uint64(0)
+    count_kept = 0
     for k in range(count):
         grid.neighbor_cells[half, count_kept] = grid.base[other] + grid.neighbor_cells[half, k]
-        count_kept += np.uint64(grid.ahead[half, k] >= 0.0)
+        count_kept += grid.ahead[half, k] >= 0.0
     return half, count_kept

@@ -2,66 +2,83 @@
 
 from __future__ import annotations
 
-from carom.compiling.registry import cold, optional, required
+from carom.compiling.registry import Questions
+from carom.engine.search import NO_REF, nearest
 
 
-@required
-def candidates(neighbors, boundary, i, half):
-    """Return words (uint32) of whom i can meet before a one-component event, where they begin, how many.
+class NeighborScheme(Questions):
+    """Who can meet whom next."""
 
-    Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
-    where words have to be put together.
-    """
+    def candidates(self, boundary, i, half):
+        """Return words (uint32) of whom i can meet before a one-component event, where they begin, how many.
 
+        Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
+        where words have to be put together.
+        """
+        raise NotImplementedError
 
-@required
-def earliest_partner(neighbors, model, state, i, now, half, avoided):
-    """Return the word of whom i meets first but the one ``avoided``, or -1, and about the time until then."""
+    def earliest_partner(self, model, state, i, now, half, avoided):
+        """Return the word of whom i meets first but the one ``avoided``, or -1, and about when."""
+        refs, start_index, count = self.candidates(model.boundary, i, half)
+        return nearest(model, state, i, now, refs, start_index, count, half, avoided)
 
+    def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
+        """Return the same of the newcomers of a transit."""
+        return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
-@required
-def earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count):
-    """Return the same of the newcomers of a transit."""
+    def transit_time(self, motion, boundary, state, i, now):
+        """Return the time at which component i leaves its sector, or soon leaves the sphere of its list."""
+        raise NotImplementedError
 
+    def rebin(self, motion, boundary, state, i, now):
+        """Put i, whose velocity is new, where it will stay longest; by default it stays where it is."""
 
-@required
-def transit_time(neighbors, motion, boundary, state, i, now):
-    """Return the time at which component i leaves its sector, or soon leaves the sphere of its list."""
+    def cross(self, motion, boundary, state, i, now):
+        """Carry i into its next sector (or renew its list); return whether that was done, and its newcomers.
 
+        They are as :meth:`candidates`. If it was not done an array is too small: build all anew.
+        """
+        raise NotImplementedError
 
-@optional
-def rebin(neighbors, motion, boundary, state, i, now):
-    """Put i, whose velocity is new, where it will stay longest; by default it stays where it is."""
-    return
+    def begin_epoch(self, model, state, tally):
+        """Choose the events of an epoch that begins, of all; by default everybody keeps the one it has."""
 
+    def must_renew(self, motion, length):
+        """Tell whether all must be built anew for an epoch of this length; by default not."""
+        return False
 
-@required
-def cross(neighbors, motion, boundary, state, i, now):
-    """Carry i into its next sector (or renew its list); return whether that was done, and whom i meets now.
+    def on_wrap(self, i, axis, crossings):
+        """Note that a coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
 
-    The latter are new ones, as :func:`candidates`. If it was not done an array is too small: build all anew.
-    """
+    def build(self, motion, boundary, state):
+        """Build the scheme from the positions at the present time; False if an array is too small for it."""
+        raise NotImplementedError
 
+    def prefetch_event(self, motion, boundary, state, i, step):
+        """Ask for what the event of component i will touch, as far as the answers to the step before say.
 
-@optional
-def begin_epoch(neighbors, model, state, tally):
-    """Choose the events of an epoch that begins, of all; by default everybody keeps the one it has."""
-    return
+        The steps are one function because they have code in common that the compiler then makes once.
+        """
 
+    def prefetch_first(self, boundary, state, i):
+        """Ask for what the next event, of component i, touches first; with sectors for nothing."""
 
-@optional
-def must_renew(neighbors, motion, length):
-    """Tell whether all must be built anew for an epoch of this length; by default not."""
-    return False
+    def stages(self):
+        """Return the steps in which memory is requested: the buckets to look ahead, by default none."""
+        return 0
 
+    def put_step(self, i, j, step):
+        """Write into the list of i that it and j are on another step."""
+        raise NotImplementedError
 
-@optional
-def on_wrap(neighbors, i, axis, crossings):
-    """Note that the coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
-    return
+    def recount_listed(self, rules, boundary, i, was):
+        """Count unit i, which was of the kind ``was``, and all listed with it anew."""
+        raise NotImplementedError
 
+    def layer_of(self, i, axis):
+        """Return the layer that component i is in along an axis."""
+        raise NotImplementedError
 
-@cold
-@required
-def build(neighbors, motion, boundary, state):
-    """Build the scheme from the positions at the present time; False if an array is too small for it."""
+    def prefetch_layer(self, i):
+        """Ask for what ``layer_of`` of component i looks at."""
+        raise NotImplementedError

@@ -9,27 +9,15 @@ largest.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from carom.compiling.instructions import prefetch, prefetch_now
 from carom.compiling.lanes import LANES, copy_words, pack
-from carom.compiling.registry import answering, cold
-from carom.engine import pair_steps
-from carom.engine.boundary import index
-from carom.engine.lattice import position_at
-from carom.engine.neighbors import interface, prefetch as prefetching
+from carom.compiling.registry import cold
 from carom.engine.neighbors.bounds import (
     EqualBounds,
-    class_count,
-    list_range_sq,
-    list_range_sq_found,
-    max_range_sq,
-    pack_bounds,
-    size_class,
-    skin_at,
-    start,
 )
 from carom.engine.neighbors.grid import (
     Grid,
@@ -39,18 +27,22 @@ from carom.engine.neighbors.grid import (
     coordinate_bits,
     ends_with,
     from_reference,
+    grid_coordinate,
     least_difference,
     open_window,
     speed_from_reference,
 )
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
+from carom.engine.rules import recount_word
 from carom.engine.state import aligned, filled
 from carom.models.questions.particles import NEVER
 
+FINE = 12  # layers across a box, which workers share, are two to this power
 
-@answering(interface, pair_steps, prefetching)
-class Lists(NamedTuple):
+
+class Lists(NeighborScheme):
     """Components by neighbor."""
 
     bounds: Any  # EqualBounds or UnequalBounds
@@ -74,11 +66,11 @@ class Lists(NamedTuple):
     window: Any  # tilts of the lattice that the lists are for (:mod:`.grid`), or None where none tilts
 
     def candidates(self, boundary, i, half):
-        return self.refs, start(self.bounds, i), np.int64(self.counts[i])
+        return self.refs, self.bounds.start(i), self.counts[i]
 
     def transit_time(self, motion, boundary, state, i, now):
         me = state.rows[i]
-        slack, rate = skin_at(self.bounds, i, now)
+        slack, rate = self.bounds.skin_at(i, now)
         rr = 0.0
         b = slack * rate
         v_sq = 0.0
@@ -100,7 +92,7 @@ class Lists(NamedTuple):
 
     def cross(self, motion, boundary, state, i, now):
         count = rebuild_list(self, motion, state, i, now)
-        return count >= 0, self.newcomers, np.uint64(0), count
+        return count >= 0, self.newcomers, 0, count
 
     def stages(self):
         return 3
@@ -114,29 +106,30 @@ class Lists(NamedTuple):
             if len(state.partner) >= HUGE:
                 prefetch_cells(self, motion, state, i, step)
             return
-        component = np.int64(i)
-        ref = np.int64(state.partner[i])
+        component = i
+        ref = state.partner[i]
         if ref >= 0:
-            j = np.int64(index(boundary, ref))
+            j = boundary.index(ref)
             if step == 1:
                 prefetch(state.rows, j)
                 prefetch(state.crossing_time, j)
-                prefetch_list(self, np.uint64(j))
+                prefetch_list(self, j)
             else:
                 component = j
         if step == 1 or ref >= 0:
-            prefetch_listed(self, state.rows, np.uint64(component))
+            prefetch_listed(self, state.rows, component)
 
     def prefetch_first(self, boundary, state, i):
-        ref = np.int64(state.partner[i])
-        j = np.uint64(index(boundary, ref)) if ref >= 0 else i
+        ref = state.partner[i]
+        j = boundary.index(ref) if ref >= 0 else i
         for component in (i, j):
-            start_index = np.int64(start(self.bounds, component))
-            prefetch_now(state.rows, np.int64(component))
+            start_index = self.bounds.start(component)
+            prefetch_now(state.rows, component)
             prefetch_now(self.refs, start_index)
             prefetch_now(self.refs, start_index + 13)
-            prefetch_now(self.reference, np.int64(component))
+            prefetch_now(self.reference, component)
 
+    @cold
     def build(self, motion, boundary, state):
         if standing(self.steps):
             return True
@@ -144,9 +137,9 @@ class Lists(NamedTuple):
         open_window(self.window, motion)
         self.members[:] = 0
         self.counts[:] = 0
-        self.refs[:] = fresh_word(self.steps, np.uint64(0), len(self.counts))
-        for i in range(np.uint64(len(state.partner))):
-            own_class = size_class(self.bounds, i)
+        self.refs[:] = fresh_word(self.steps, 0, len(self.counts))
+        for i in range(len(state.partner)):
+            own_class = self.bounds.size_class(i)
             new_point = reference_of(self, motion, state, i, now)
             total = gather_cells(self, i, new_point, False, new_point)
             flag_in_range(self, i, total, new_point, False, new_point)
@@ -157,11 +150,22 @@ class Lists(NamedTuple):
         return True
 
     def put_step(self, i, j, step):
-        start_index = start(self.bounds, i)
-        for k in range(start_index, start_index + np.uint64(self.counts[i])):
+        start_index = self.bounds.start(i)
+        for k in range(start_index, start_index + self.counts[i]):
             if named(self.steps, self.refs[k]) == j:
                 self.refs[k] = stepped_word(self.steps, j, step)
                 break
+
+    def recount_listed(self, rules, boundary, i, was):
+        start_index = self.bounds.start(i)
+        for k in range(start_index, start_index + self.counts[i]):
+            recount_word(self, rules, boundary, i, self.refs[k], was)
+
+    def layer_of(self, i, axis):
+        return grid_coordinate(self, self.reference[i], axis) >> (bits(self) - FINE)
+
+    def prefetch_layer(self, i):
+        prefetch(self.reference, i)
 
 
 def make_lists(
@@ -211,14 +215,14 @@ def root_above(x):
 
     The hair keeps ``b + slack root`` above zero where a component flies straight inwards from its bound.
     """
-    return np.int64((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000400).view(np.float64)
+    return ((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000400).view(np.float64)
 
 
 def unlink(lists, i, j):
     """Remove j from the list of i."""
-    start_index = start(lists.bounds, i)
+    start_index = lists.bounds.start(i)
     count = lists.counts[i] - 1
-    last = start_index + np.uint64(count)
+    last = start_index + count
     for k in range(start_index, last):
         if named(lists.steps, lists.refs[k]) == j:
             lists.refs[k] = lists.refs[last]
@@ -229,14 +233,14 @@ def unlink(lists, i, j):
 
 def listed_fully(lists, i):
     """Return whether the list of i is full."""
-    count = np.uint64(lists.counts[i])
-    return start(lists.bounds, i) + count == start(lists.bounds, i + np.uint64(1))
+    count = lists.counts[i]
+    return lists.bounds.start(i) + count == lists.bounds.start(i + 1)
 
 
 def link(lists, i, j):
     """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
-    lists.refs[start(lists.bounds, i) + np.uint64(count)] = fresh_word(lists.steps, i, j)
+    lists.refs[lists.bounds.start(i) + count] = fresh_word(lists.steps, i, j)
     lists.counts[i] = count + 1
 
 
@@ -251,8 +255,8 @@ def distance_sq(lists, point, other):
 
 def enter_cell(lists, cell, i):
     """Add i to a cell; False, and nothing done, if the cell is full."""
-    last = np.uint64(lists.members[cell])
-    if last == np.uint64(lists.cells.shape[1]):
+    last = lists.members[cell]
+    if last == lists.cells.shape[1]:
         return False
     lists.cells[cell, last] = i
     lists.members[cell] += 1
@@ -262,7 +266,7 @@ def enter_cell(lists, cell, i):
 def leave_cell(lists, cell, i):
     """Remove i from a cell; the last one takes its place."""
     lists.members[cell] -= 1
-    last = np.uint64(lists.members[cell])
+    last = lists.members[cell]
     for k in range(last):
         if lists.cells[cell, k] == i:
             lists.cells[cell, k] = lists.cells[cell, last]
@@ -273,11 +277,11 @@ def reference_of(lists, motion, state, i, now):
     """Return the present position of i as a reference point."""
     me = state.rows[i]
     size = bits(lists)
-    point = np.uint64(0)
+    point = 0
     for axis in range(len(lists.grid_step)):
-        x = position_at(motion, axis, me.x, me.v, now - me.t, now)
-        whole = np.int64(np.floor(x / lists.grid_step[axis])) & ((np.int64(1) << size) - 1)
-        point |= np.uint64(whole) << np.uint64(size * axis)
+        x = motion.position_at(axis, me.x, me.v, now - me.t, now)
+        whole = int(np.floor(x / lists.grid_step[axis])) & ((1 << size) - 1)
+        point |= whole << size * axis
     return point
 
 
@@ -288,21 +292,19 @@ def rebuild_list(lists, motion, state, i, now):
     nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
     new_point = reference_of(lists, motion, state, i, now)
-    own_class = size_class(lists.bounds, i)
+    own_class = lists.bounds.size_class(i)
     leave_cell(lists, cell_of(lists, own_class, old), me)
-    start_index = start(lists.bounds, i)
-    end = start_index + np.uint64(lists.counts[i])
+    start_index = lists.bounds.start(i)
+    end = start_index + lists.counts[i]
     kept_end = start_index
     for k in range(start_index, end):
         ref = lists.refs[k]
         j = named(lists.steps, ref)
-        if distance_sq(lists, new_point, lists.reference[np.uint64(j)]) <= list_range_sq(
-            lists.bounds, i, np.uint64(j)
-        ):
+        if distance_sq(lists, new_point, lists.reference[j]) <= lists.bounds.list_range_sq(i, j):
             lists.refs[kept_end] = ref
-            kept_end += np.uint64(1)
+            kept_end += 1
         else:
-            unlink(lists, np.uint64(j), me)
+            unlink(lists, j, me)
     for k in range(kept_end, end):
         lists.refs[k] = nobody
     lists.counts[i] = kept_end - start_index
@@ -310,7 +312,7 @@ def rebuild_list(lists, motion, state, i, now):
     flag_in_range(lists, i, total, new_point, True, old)
     lists.reference[i] = new_point
     if not enter_cell(lists, cell_of(lists, own_class, new_point), me):
-        return np.int64(-1)
+        return -1
     return link_flagged(lists, i, total)
 
 
@@ -320,25 +322,17 @@ def gather_cells(lists, i, point, moved, old):
     Members are copied eight at a time: cells hold a few each, and a loop over the right number would be
     mispredicted.
     """
-    total = np.uint64(0)
-    own_class = size_class(lists.bounds, i)
-    for other in range(np.uint64(class_count(lists.bounds))):
+    total = 0
+    own_class = lists.bounds.size_class(i)
+    for other in range(lists.bounds.class_count()):
         half, count = cells_near(
-            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), moved, old
+            lists, own_class, other, point, lists.bounds.max_range_sq(i, other), moved, old
         )
         for k in range(count):
-            cell = np.uint64(lists.grid.neighbor_cells[half, k])
-            members = np.uint64(lists.members[cell])
-            for start_index in range(np.uint64(0), members, np.uint64(LANES)):
-                copy_words(
-                    lists.cells,
-                    np.int64(cell),
-                    np.int64(start_index),
-                    lists.found,
-                    np.int64(total + start_index),
-                    np.int64(0),
-                    np.int64(0),
-                )
+            cell = lists.grid.neighbor_cells[half, k]
+            members = lists.members[cell]
+            for start_index in range(0, members, LANES):
+                copy_words(lists.cells, cell, start_index, lists.found, total + start_index, 0, 0)
             total += members
     return total
 
@@ -348,62 +342,62 @@ def flag_in_range(lists, i, total, point, moved, old):
 
     What is needed is first put side by side, so that the loop is vectorized.
     """
-    for k in range(0, np.int64(total), LANES):
-        pack(lists.reference, lists.found, k, np.int64(0), lists.points, k)
-        pack_bounds(lists.bounds, lists.found, k, lists.sizes)
+    for k in range(0, total, LANES):
+        pack(lists.reference, lists.found, k, 0, lists.points, k)
+        lists.bounds.pack_bounds(lists.found, k, lists.sizes)
     for k in range(total):
-        limit = list_range_sq_found(lists.bounds, i, k, lists.sizes)
+        limit = lists.bounds.list_range_sq_found(i, k, lists.sizes)
         in_range = distance_sq(lists, point, lists.points[k]) <= limit
         new = distance_sq(lists, old, lists.points[k]) > limit if moved else True
-        lists.hits[k] = np.int64(in_range & new)
+        lists.hits[k] = in_range & new
 
 
 def link_flagged(lists, i, total):
     """List i and the hits among those found with each other; return their number, or -1 if a list is full."""
-    last = np.uint64(0)
+    last = 0
     for k in range(total):  # without a branch: who is near is a coin toss for the processor
         lists.newcomers[last] = lists.found[k]
-        last += np.uint64(lists.hits[k])
+        last += lists.hits[k]
     for k in range(last):
-        j = np.uint64(lists.newcomers[k])
+        j = lists.newcomers[k]
         if listed_fully(lists, i) or listed_fully(lists, j):
-            return np.int64(-1)
+            return -1
         link(lists, i, np.uint32(j))
         link(lists, j, np.uint32(i))
         put_newcomer(lists.steps, lists.newcomers, k, i, j)
-    return np.int64(last)
+    return last
 
 
 def prefetch_list(lists, i):
     """Ask for the list of component i."""
-    start_index = np.int64(start(lists.bounds, i))
+    start_index = lists.bounds.start(i)
     prefetch(lists.refs, start_index)
     prefetch(lists.refs, start_index + 16)
-    prefetch(lists.counts, np.int64(i))
-    prefetch(lists.reference, np.int64(i))
+    prefetch(lists.counts, i)
+    prefetch(lists.reference, i)
 
 
 def prefetch_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbors of component i."""
-    start_index = start(lists.bounds, i)
-    for k in range(start_index, start_index + np.uint64(lists.counts[i])):
-        prefetch(array, np.int64(named(lists.steps, lists.refs[k])))
+    start_index = lists.bounds.start(i)
+    for k in range(start_index, start_index + lists.counts[i]):
+        prefetch(array, named(lists.steps, lists.refs[k]))
 
 
 def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
     if step == 1:
         prefetch_listed(lists, lists.reference, i)
-    own_class, old = size_class(lists.bounds, i), lists.reference[i]
+    own_class, old = lists.bounds.size_class(i), lists.reference[i]
     point = reference_of(lists, motion, state, i, state.crossing_time[i])
-    for other in range(np.uint64(class_count(lists.bounds))):
+    for other in range(lists.bounds.class_count()):
         half, count = cells_near(
-            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), True, old
+            lists, own_class, other, point, lists.bounds.max_range_sq(i, other), True, old
         )
         for k in range(count):
-            cell = np.uint64(lists.grid.neighbor_cells[half, k])
+            cell = lists.grid.neighbor_cells[half, k]
             if step == 1:
-                prefetch(lists.members, np.int64(cell))
-                prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
+                prefetch(lists.members, cell)
+                prefetch(lists.cells, cell * lists.cells.shape[1])
             else:
-                prefetch_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
+                prefetch_members(lists.reference, lists.cells, cell, lists.members[cell], i)

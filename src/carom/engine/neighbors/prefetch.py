@@ -15,10 +15,8 @@ lines until needed; the very next event is asked for into the first (:func:`pref
 
 from __future__ import annotations
 
-import numpy as np
-
 from carom.compiling.instructions import prefetch
-from carom.compiling.registry import cold, optional
+from carom.compiling.registry import cold
 
 LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
@@ -31,32 +29,11 @@ event: fewer fit into the last cache.
 FEW = 2  # members of a cell that are asked for in any case
 
 
-@optional
-def prefetch_event(neighbors, motion, boundary, state, i, step):
-    """Ask for what the event of component i will touch, as far as the answers to the step before say.
-
-    The steps are one function because they have code in common that the compiler then makes once.
-    """
-    return
-
-
-@optional
-def prefetch_first(neighbors, boundary, state, i):
-    """Ask for what the next event, of component i, touches first; with sectors for nothing."""
-    return
-
-
-@optional
-def stages(neighbors):
-    """Return the steps in which memory is requested: the buckets to look ahead, by default none."""
-    return 0
-
-
 def prefetch_own(state, i):
     """Ask for what every event of component i needs."""
-    prefetch(state.rows, np.int64(i))
-    prefetch(state.partner, np.int64(i))
-    prefetch(state.crossing_time, np.int64(i))
+    prefetch(state.rows, i)
+    prefetch(state.partner, i)
+    prefetch(state.crossing_time, i)
 
 
 def prefetch_members(array, cells, cell, count, component):
@@ -66,10 +43,10 @@ def prefetch_members(array, cells, cell, count, component):
     number would be mispredicted at every cell.
     """
     for k in range(FEW):
-        member = np.int64(cells[cell, np.uint64(k)])
-        prefetch(array, member if k < count else np.int64(component))
+        member = cells[cell, k]
+        prefetch(array, member if k < count else component)
     for k in range(FEW, count):
-        prefetch(array, np.int64(cells[cell, np.uint64(k)]))
+        prefetch(array, cells[cell, k])
 
 
 def leaves_first(state, i):
@@ -81,14 +58,11 @@ def leaves_first(state, i):
 def prefetch_next(calendar, state, neighbors, boundary, motion):
     """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone."""
     buckets = calendar.buckets
-    last = stages(neighbors)
+    last = neighbors.stages()
     ahead = calendar.control[0].ahead != 0
     for step in range(last):  # a number that the compiler knows
-        bucket_index = calendar.control[0].cursor + last - step
+        bucket = calendar.control[0].cursor + last - step
         # The last one takes what is due beyond the window.
-        if bucket_index < len(buckets) - 1 and (ahead or step == 0):
-            bucket = np.uint64(bucket_index)
-            for k in range(np.uint64(buckets[bucket, 0])):
-                prefetch_event(
-                    neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step
-                )
+        if bucket < len(buckets) - 1 and (ahead or step == 0):
+            for k in range(buckets[bucket, 0]):
+                neighbors.prefetch_event(motion, boundary, state, buckets[bucket, k + 2], step)

@@ -56,7 +56,7 @@ COARSE = 2.0**-6
 
 def wrap(number):
     """Return a whole number of units in the box."""
-    return np.uint16(np.int64(number) & ALL)
+    return np.uint16(number & ALL)
 
 
 def in_units(x):
@@ -75,18 +75,14 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
     """Lay out the path of one of the block whose flights begin at ``start_index``."""
     packed_flights, packed_self, paths = everybody.packed_flights, everybody.packed_self, everybody.paths
     dimension = len(everybody.inverse)
-    w = packed_flights[start_index + np.uint64(BLOCK) + lane] - packed_self[1]
+    w = packed_flights[start_index + BLOCK + lane] - packed_self[1]
     u = packed_flights[start_index + lane] - packed_self[0] + w * elapsed
     fastest = abs(w) * np.float32(everybody.lengths[0])
     main = np.int32(0)
     for axis in range(1, dimension):
-        speed = (
-            packed_flights[start_index + np.uint64((2 * axis + 1) * BLOCK) + lane] - packed_self[2 * axis + 1]
-        )
+        speed = packed_flights[start_index + (2 * axis + 1) * BLOCK + lane] - packed_self[2 * axis + 1]
         coordinate = (
-            packed_flights[start_index + np.uint64(2 * axis * BLOCK) + lane]
-            - packed_self[2 * axis]
-            + speed * elapsed
+            packed_flights[start_index + 2 * axis * BLOCK + lane] - packed_self[2 * axis] + speed * elapsed
         )
         distance = abs(speed) * np.float32(everybody.lengths[axis])
         faster = distance >= fastest
@@ -99,29 +95,23 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
     period = np.float32(UNITS) / max(abs(w), np.float32(SLOWEST))
     to_plane = np.ceil(ahead - range_edges) - ahead
     last_speed = (
-        packed_flights[start_index + np.uint64((2 * dimension - 1) * BLOCK) + lane]
-        - packed_self[2 * dimension - 1]
+        packed_flights[start_index + (2 * dimension - 1) * BLOCK + lane] - packed_self[2 * dimension - 1]
     )
     last_place = (
-        packed_flights[start_index + np.uint64((2 * dimension - 2) * BLOCK) + lane]
-        - packed_self[2 * dimension - 2]
+        packed_flights[start_index + (2 * dimension - 2) * BLOCK + lane] - packed_self[2 * dimension - 2]
     )
     last_place += last_speed * elapsed
     for axis in range(dimension - 1):
-        speed = (
-            packed_flights[start_index + np.uint64((2 * axis + 1) * BLOCK) + lane] - packed_self[2 * axis + 1]
-        )
+        speed = packed_flights[start_index + (2 * axis + 1) * BLOCK + lane] - packed_self[2 * axis + 1]
         coordinate = (
-            packed_flights[start_index + np.uint64(2 * axis * BLOCK) + lane]
-            - packed_self[2 * axis]
-            + speed * elapsed
+            packed_flights[start_index + 2 * axis * BLOCK + lane] - packed_self[2 * axis] + speed * elapsed
         )
         # The others' coordinates; the last one's in the place of the one that counts the planes.
         speed = last_speed if main == axis else speed
         coordinate = last_place if main == axis else coordinate
         step = speed * period
-        paths[np.uint64(2 * axis * BLOCK) + lane] = in_units(coordinate + step * to_plane)
-        paths[np.uint64((2 * axis + 1) * BLOCK) + lane] = in_units(step)
+        paths[2 * axis * BLOCK + lane] = in_units(coordinate + step * to_plane)
+        paths[(2 * axis + 1) * BLOCK + lane] = in_units(step)
 
 
 @approximate
@@ -130,8 +120,8 @@ def lay_paths(everybody, elapsed, range_edges, start):
 
     What is done for one is a function of its own: no variable seems to live on, and the loop is vectorized.
     """
-    start_index = np.uint64(2 * len(everybody.inverse) * start)
-    for lane in range(np.uint64(BLOCK)):
+    start_index = 2 * len(everybody.inverse) * start
+    for lane in range(BLOCK):
         lay_path(everybody, elapsed, range_edges, start_index, lane)
 
 
@@ -145,25 +135,25 @@ def next_planes(everybody, shift, first_time):
     """
     paths = everybody.paths
     dimension = len(everybody.inverse)
-    marks = np.uint64((2 * dimension - 2) * BLOCK)
-    for lane in range(np.uint64(BLOCK)):
-        least = wrap(np.int64(paths[marks + lane]) | np.int64(first_time))
+    marks = (2 * dimension - 2) * BLOCK
+    for lane in range(BLOCK):
+        least = wrap(paths[marks + lane] | first_time)
         for k in range(PLANES):
             largest = wrap(0)
             for axis in range(dimension - 1):
                 # Each number is wrapped at once: only then does the compiler see that 16 bits will do.
-                coordinate = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(shift))
-                step = np.int64(paths[np.uint64((2 * axis + 1) * BLOCK) + lane])
+                coordinate = wrap(int(paths[2 * axis * BLOCK + lane]) + shift)
+                step = int(paths[(2 * axis + 1) * BLOCK + lane])
                 for _ in range(k):
-                    coordinate = wrap(np.int64(coordinate) + step)
+                    coordinate = wrap(int(coordinate) + step)
                 largest = coordinate if coordinate > largest else largest
             least = largest if largest < least else least
         for axis in range(dimension - 1):
-            coordinate = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(shift))
-            step = np.int64(paths[np.uint64((2 * axis + 1) * BLOCK) + lane])
+            coordinate = wrap(int(paths[2 * axis * BLOCK + lane]) + shift)
+            step = int(paths[(2 * axis + 1) * BLOCK + lane])
             for _ in range(PLANES):
-                coordinate = wrap(np.int64(coordinate) + step)
-            paths[np.uint64(2 * axis * BLOCK) + lane] = coordinate
+                coordinate = wrap(int(coordinate) + step)
+            paths[2 * axis * BLOCK + lane] = coordinate
         paths[marks + lane] = least
 
 
@@ -173,27 +163,27 @@ def marked(everybody, start_index, limit):
 
     Of none they are BLOCK and ``start_index``: a last one of 0 would leave no loop that can be vectorized.
     """
-    marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
+    marks = (2 * len(everybody.inverse) - 2) * BLOCK
     beyond, least = wrap(BLOCK), wrap(start_index)
     first_lane, last = beyond, least
-    for lane in range(np.uint64(BLOCK)):
+    for lane in range(BLOCK):
         number = wrap(lane)
         near_it = (everybody.paths[marks + lane] <= limit) & (number >= least)
         low = number if near_it else beyond
         high = number if near_it else least
         first_lane = low if low < first_lane else first_lane
         last = high if high > last else last
-    return np.int64(first_lane), np.int64(last)
+    return int(first_lane), int(last)
 
 
 def max_relative_speed(everybody, start):
     """Return the most that anybody of a block may fly relative to the one that searches [edges / span]."""
     dimension = len(everybody.inverse)
-    start_index = np.uint64(start) // np.uint64(BLOCK) * np.uint64(dimension)
+    start_index = start // BLOCK * dimension
     speed = 0.0
     for axis in range(dimension):
         packed_self = np.float64(everybody.packed_self[2 * axis + 1]) * (1.0 / UNITS)
-        speed = max(speed, everybody.swiftest[start_index + np.uint64(axis)] + abs(packed_self))
+        speed = max(speed, everybody.swiftest[start_index + axis] + abs(packed_self))
     return speed
 
 
@@ -208,13 +198,13 @@ def prefilter(everybody, elapsed, covered, position_error, start):
     if position_error > COARSE:
         return wrap(ALL)
     range_edges = everybody.width + position_error
-    most = np.int64(max_relative_speed(everybody, start) * covered + 2.0 * range_edges + 1.0)
+    most = int(max_relative_speed(everybody, start) * covered + 2.0 * range_edges + 1.0)
     # One unit more for the two halves: at the first plane, and where this number is cut.
-    half = np.int64(UNITS * range_edges + 1.5 + most * (0.5 + everybody.stretch * STEP_ROUNDING))
+    half = int(UNITS * range_edges + 1.5 + most * (0.5 + everybody.stretch * STEP_ROUNDING))
     if half >= HALF:
         return wrap(ALL)
     lay_paths(everybody, np.float32(elapsed), np.float32(range_edges), start)
-    next_planes(everybody, wrap(half), wrap(ALL))
+    next_planes(everybody, half, wrap(ALL))
     for _ in range(PLANES, most, PLANES):
-        next_planes(everybody, wrap(0), wrap(0))
+        next_planes(everybody, 0, wrap(0))
     return wrap(2 * half)

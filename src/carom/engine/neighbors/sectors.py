@@ -5,26 +5,20 @@ Elsewhere a cell list (CellList).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from carom.compiling.instructions import prefetch
 from carom.compiling.lanes import LANES, copy_words, replace_words
-from carom.compiling.registry import answering
-from carom.engine.boundary import index, index_bits, mirror, separation
-from carom.engine.lattice import exit_time_at, position_at
-from carom.engine.neighbors import interface, prefetch as prefetching
+from carom.compiling.registry import cold
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
 from carom.engine.state import aligned, filled
-from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
 PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
 
 
-@answering(interface, prefetching)
-class Sectors(NamedTuple):
+class Sectors(NeighborScheme):
     """Components by sector."""
 
     shape: tuple
@@ -68,31 +62,31 @@ class Sectors(NamedTuple):
 
     def candidates(self, boundary, i, half):
         neighbor_cells = self.neighbor_cells
-        start_index = np.uint64(half * (len(self.refs) // 2))
+        start_index = half * (len(self.refs) // 2)
         total = start_index
         count, below, cell, above = neighbor_rows(self, i)
         if narrow(self):
-            for row in range(np.uint64(count)):
-                base, code = neighbor_cells[row], 3 * np.int64(row)
+            for row in range(count):
+                base, code = neighbor_cells[row], 3 * row
                 total += copy_members(self, boundary, base + below, code, total)
                 total += copy_members(self, boundary, base + cell, code + 1, total)
                 total += copy_members(self, boundary, base + above, code + 2, total)
         else:
-            for number in range(np.uint64(3 * count)):
-                third = number // np.uint64(3)
-                digit = np.int64(number - np.uint64(3) * third)
+            for number in range(3 * count):
+                third = number // 3
+                digit = number - 3 * third
                 way = below if digit == 0 else (cell if digit == 1 else above)
                 total += copy_all_members(self, boundary, neighbor_cells[third] + way, number, total)
-        return self.refs, start_index, np.int64(total - start_index)
+        return self.refs, start_index, total - start_index
 
     def transit_time(self, motion, boundary, state, i, now):
         me = state.rows[i]
         best = NEVER
-        exit_face = np.int64(0)
+        exit_face = 0
         for axis in range(len(self.sides)):
             cell, side = unwrapped(self, i, axis), self.sides[axis]
             beyond = slack(self.extra_slack, self, i, axis)
-            t, up = exit_time_at(motion, axis, me, now, side * cell - beyond, side * (cell + 1) + beyond)
+            t, up = motion.exit_time_at(axis, me, now, side * cell - beyond, side * (cell + 1) + beyond)
             exit_face = 2 * axis + up if t < best else exit_face
             best = min(t, best)
         self.exit_face[i] = exit_face
@@ -100,44 +94,44 @@ class Sectors(NamedTuple):
 
     def rebin(self, motion, boundary, state, i, now):
         me = state.rows[i]
-        new = np.int64(0)
+        new = 0
         changed = False
         for axis in range(len(self.sides)):
             v = np.float64(me.v[axis])
-            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+            x = motion.position_at(axis, me.x, me.v, now - me.t, now)
             way = best_cell(self, i, axis, x, v)
-            new = new * self.shape[axis] + wrap(self, axis, np.int64(self.cell[i, axis]) + way)
+            new = new * self.shape[axis] + wrap(self, axis, self.cell[i, axis] + way)
             changed |= way != 0
-        if not changed or not enter(self, np.uint64(new), np.uint32(i)):
+        if not changed or not enter(self, new, np.uint32(i)):
             return
         remove_member(self, sector_of(self, i), np.uint32(i))
         for axis in range(len(self.sides)):
             v = np.float64(me.v[axis])
-            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+            x = motion.position_at(axis, me.x, me.v, now - me.t, now)
             move(self, i, axis, best_cell(self, i, axis, x, v))
 
     def cross(self, motion, boundary, state, i, now):
-        exit_face = np.int64(self.exit_face[i])
+        exit_face = int(self.exit_face[i])
         axis = exit_face >> 1
         old = sector_of(self, i)
         move(self, i, axis, 2 * (exit_face & 1) - 1)
         new = sector_of(self, i)
-        total = np.uint64(0)
+        total = 0
         done = True
         if new != old:  # one sector along this axis is its own neighbor
             done = enter(self, new, np.uint32(i))
             if done:
                 remove_member(self, old, np.uint32(i))
-        count = neighbor_rows_ahead(self, i, exit_face, np.int64(new))
+        count = neighbor_rows_ahead(self, i, exit_face, new)
         if narrow(self):
-            for k in range(np.uint64(count)):
+            for k in range(count):
                 total += copy_members(self, boundary, self.neighbor_cells[k], self.faces[exit_face, k], total)
         else:
-            for k in range(np.uint64(count)):
+            for k in range(count):
                 total += copy_all_members(
                     self, boundary, self.neighbor_cells[k], self.faces[exit_face, k], total
                 )
-        return done, self.refs, np.uint64(0), np.int64(total)
+        return done, self.refs, 0, total
 
     def stages(self):
         return 4
@@ -146,36 +140,43 @@ class Sectors(NamedTuple):
         if step == 0:
             prefetch_own(state, i)
             prefetch_cell(self, i)
-            prefetch(self.exit_face, np.int64(i))
+            prefetch(self.exit_face, i)
             return
         if len(state.partner) < PREFETCH_FROM:
             return
-        ref = np.int64(state.partner[i])
+        ref = state.partner[i]
         if leaves_first(state, i):
             if step < 3:
                 prefetch_ahead(self, state, i, step)
         elif ref >= 0:
             prefetch_both(self, motion, boundary, state, i, ref, step)
         elif step < 3:
-            prefetch_around(self, state, i, np.int64(sector_of(self, i)), step)
+            prefetch_around(self, state, i, sector_of(self, i), step)
 
     def on_wrap(self, i, axis, crossings):
-        self.wraps[i, axis] -= np.int64(crossings)
+        self.wraps[i, axis] -= int(crossings)
 
+    @cold
     def build(self, motion, boundary, state):
         now = state.clock[0].now
         self.members[:, self.members.shape[1] - 1] = 0
-        for i in range(np.uint64(len(state.partner))):
+        for i in range(len(state.partner)):
             me = state.rows[i]
             for axis in range(len(self.sides)):
-                x = position_at(motion, axis, me.x, me.v, now - me.t, now)
-                cell = np.int64(np.floor(x / self.sides[axis]))
+                x = motion.position_at(axis, me.x, me.v, now - me.t, now)
+                cell = int(np.floor(x / self.sides[axis]))
                 wraps = cell // self.shape[axis]
                 self.cell[i, axis] = cell - wraps * self.shape[axis]
                 self.wraps[i, axis] = wraps
             if not enter(self, sector_of(self, i), np.uint32(i)):
                 return False
         return True
+
+    def layer_of(self, i, axis):
+        return self.cell[i, axis]
+
+    def prefetch_layer(self, i):
+        prefetch_cell(self, i)
 
 
 def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
@@ -204,29 +205,29 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
 
 def sector_of(sectors, i):
     """Return the sector that holds component i."""
-    cell = np.int64(0)
+    cell = 0
     for axis in range(len(sectors.sides)):
-        cell = cell * sectors.shape[axis] + np.int64(sectors.cell[i, axis])
-    return np.uint64(cell)
+        cell = cell * sectors.shape[axis] + sectors.cell[i, axis]
+    return cell
 
 
 def neighbor_rows(sectors, i):
     """Put the first sectors of the rows around i into ``neighbor_cells``; return count and threes."""
     neighbor_cells = sectors.neighbor_cells
     neighbor_cells[0] = 0
-    count = np.int64(1)
+    count = 1
     last = len(sectors.sides) - 1
     for axis in range(last):
-        cell, length = np.int64(sectors.cell[i, axis]), sectors.shape[axis + 1]
+        cell, length = sectors.cell[i, axis], sectors.shape[axis + 1]
         below, above = wrap(sectors, axis, cell - 1), wrap(sectors, axis, cell + 1)
         for k in range(count):
-            row = np.uint64(count - 1 - k)
+            row = count - 1 - k
             base = neighbor_cells[row]
-            neighbor_cells[np.uint64(3) * row + np.uint64(2)] = (base + above) * length
-            neighbor_cells[np.uint64(3) * row + np.uint64(1)] = (base + cell) * length
-            neighbor_cells[np.uint64(3) * row] = (base + below) * length
+            neighbor_cells[3 * row + 2] = (base + above) * length
+            neighbor_cells[3 * row + 1] = (base + cell) * length
+            neighbor_cells[3 * row] = (base + below) * length
         count *= 3
-    cell = np.int64(sectors.cell[i, last])
+    cell = sectors.cell[i, last]
     return count, wrap(sectors, last, cell - 1), cell, wrap(sectors, last, cell + 1)
 
 
@@ -236,29 +237,29 @@ def neighbor_rows_ahead(sectors, i, exit_face, cell):
     axis = exit_face >> 1
     below, above = steps_along(sectors, i, axis)
     neighbor_cells[0] = cell + (above if exit_face & 1 else below)
-    count = np.int64(1)
+    count = 1
     for k in range(len(sectors.sides) - 1):
-        below, above = steps_along(sectors, i, k + np.int64(k >= axis))
+        below, above = steps_along(sectors, i, k + (k >= axis))
         for back in range(count):
-            row = np.uint64(count - 1 - back)
+            row = count - 1 - back
             base = neighbor_cells[row]
-            neighbor_cells[np.uint64(3) * row + np.uint64(2)] = base + above
-            neighbor_cells[np.uint64(3) * row + np.uint64(1)] = base
-            neighbor_cells[np.uint64(3) * row] = base + below
+            neighbor_cells[3 * row + 2] = base + above
+            neighbor_cells[3 * row + 1] = base
+            neighbor_cells[3 * row] = base + below
         count *= 3
     return count
 
 
 def steps_along(sectors, i, axis):
     """Return by how much the numbers of the sectors below and above that of component i differ from its."""
-    cell, size = np.int64(sectors.cell[i, np.uint64(axis)]), sectors.shape[axis]
-    step = sectors.moves[np.uint64(2 * axis + 1)]
+    cell, size = sectors.cell[i, axis], sectors.shape[axis]
+    step = sectors.moves[2 * axis + 1]
     return (-step if cell > 0 else (size - 1) * step), (step if cell + 1 < size else (1 - size) * step)
 
 
 def unwrapped(sectors, i, axis):
     """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
-    return np.int64(sectors.cell[i, axis]) + sectors.shape[axis] * np.int64(sectors.wraps[i, axis])
+    return sectors.cell[i, axis] + sectors.shape[axis] * sectors.wraps[i, axis]
 
 
 def slack(extra_slack, sectors, i, axis):
@@ -270,22 +271,22 @@ def slack(extra_slack, sectors, i, axis):
 
 def enter(sectors, cell, i):
     """Add i to a sector; False, and nothing done, if the sector is full."""
-    last = np.uint64(sectors.members.shape[1] - 1)
-    count = np.uint64(sectors.members[cell, last])
+    last = sectors.members.shape[1] - 1
+    count = sectors.members[cell, last]
     if count == last:
         return False
     sectors.members[cell, count] = i
-    sectors.members[cell, last] = count + np.uint64(1)
+    sectors.members[cell, last] = count + 1
     return True
 
 
 def remove_member(sectors, cell, i):
     """Remove i from a sector."""
-    last = np.uint64(sectors.members.shape[1] - 1)
-    count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
-    moved = np.int64(sectors.members[cell, count])
-    for start in range(np.uint64(0), last, np.uint64(LANES)):
-        replace_words(sectors.members, np.int64(cell), np.int64(start), np.int64(i), moved)
+    last = sectors.members.shape[1] - 1
+    count = sectors.members[cell, last] - 1
+    moved = sectors.members[cell, count]
+    for start in range(0, last, LANES):
+        replace_words(sectors.members, cell, start, i, moved)
     sectors.members[cell, last] = count
 
 
@@ -295,23 +296,23 @@ def copy_members(sectors, boundary, cell, code, total):
     Eight are always copied: sectors hold a few each, and a loop over the right number would be mispredicted.
     """
     members = sectors.members
-    copy_code(sectors, boundary, cell, np.int64(0), code, total)
-    return np.uint64(members[np.uint64(cell), np.uint64(members.shape[1] - 1)])
+    copy_code(sectors, boundary, cell, 0, code, total)
+    return members[cell, members.shape[1] - 1]
 
 
 def copy_all_members(sectors, boundary, cell, code, total):
     """Append the words of all in a sector at ``total``; return how many they are."""
     count = copy_members(sectors, boundary, cell, code, total)
-    for start in range(np.uint64(LANES), count, np.uint64(LANES)):
-        copy_code(sectors, boundary, cell, np.int64(start), code, total + start)
+    for start in range(LANES, count, LANES):
+        copy_code(sectors, boundary, cell, start, code, total + start)
     return count
 
 
 def copy_code(sectors, boundary, cell, start, code, total):
     """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
-    bits = np.int64(index_bits(boundary))
-    code = np.int64(code) if bits > 0 else np.int64(0)
-    copy_words(sectors.members, np.int64(cell), start, sectors.refs, np.int64(total), bits, code)
+    bits = boundary.index_bits()
+    code = code if bits > 0 else 0
+    copy_words(sectors.members, cell, start, sectors.refs, total, bits, code)
 
 
 def narrow(sectors):
@@ -324,11 +325,11 @@ def narrow(sectors):
 
 def best_cell(sectors, i, axis, x, v):
     """Return in which sector along an axis, -1, 0 or 1 from its own, i would stay longest."""
-    up = np.int64(v > 0.0)
+    up = v > 0.0
     sign = 2 * up - 1
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
     beyond = slack(sectors.extra_slack, sectors, i, axis)
-    return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
+    return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else 0
 
 
 def wrap(sectors, axis, cell):
@@ -339,64 +340,64 @@ def wrap(sectors, axis, cell):
 
 def move(sectors, i, axis, way):
     """Note that component i is in the next sector along an axis, if ``way`` is 1 or -1."""
-    cell = np.int64(sectors.cell[i, axis]) + way
+    cell = sectors.cell[i, axis] + way
     sectors.cell[i, axis] = wrap(sectors, axis, cell)
-    sectors.wraps[i, axis] += np.int64(cell >= sectors.shape[axis]) - np.int64(cell < 0)
+    sectors.wraps[i, axis] += int(cell >= sectors.shape[axis]) - int(cell < 0)
 
 
 def prefetch_ahead(sectors, state, i, step):
     """Ask for the sectors that i leaves, enters and brings into view, or for who is in them."""
-    exit_face = np.uint64(sectors.exit_face[i])
-    old = np.int64(sector_of(sectors, i))
+    exit_face = sectors.exit_face[i]
+    old = sector_of(sectors, i)
     new = old + sectors.moves[exit_face]
     if step == 1:
         prefetch_sector(sectors, old)
         prefetch_sector(sectors, new)
-    for k in range(np.uint64(sectors.faces.shape[1])):
-        prefetch_near(sectors, state, i, new, np.uint64(sectors.faces[exit_face, k]), step)
+    for k in range(sectors.faces.shape[1]):
+        prefetch_near(sectors, state, i, new, sectors.faces[exit_face, k], step)
 
 
 def prefetch_around(sectors, state, i, cell, step):
     """Ask for all sectors around one near component i, or for who is in them."""
-    for code in range(np.uint64(len(sectors.digits))):
+    for code in range(len(sectors.digits)):
         prefetch_near(sectors, state, i, cell, code, step)
 
 
 def prefetch_both(sectors, motion, boundary, state, i, ref, step):
     """Ask for what the collision of component i with the one that ``ref`` names will touch."""
-    j = np.uint64(index(boundary, ref))
+    j = boundary.index(ref)
     if step == 1:
-        prefetch_sector(sectors, np.int64(sector_of(sectors, i)))
-        prefetch(state.rows, np.int64(j))
-        prefetch(state.crossing_time, np.int64(j))
+        prefetch_sector(sectors, sector_of(sectors, i))
+        prefetch(state.rows, j)
+        prefetch(state.crossing_time, j)
         prefetch_cell(sectors, j)
         return
     if step == 2:
-        prefetch_sector(sectors, np.int64(sector_of(sectors, j)))
+        prefetch_sector(sectors, sector_of(sectors, j))
     prefetch_after(sectors, motion, boundary, state, i, ref, step)
-    prefetch_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), ref)), step)
+    prefetch_after(sectors, motion, boundary, state, j, boundary.mirror(i, ref), step)
 
 
 def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     """Ask for the sectors, or members, around i after its collision with ``ref``, as if of one mass."""
-    me, other = state.rows[i], state.rows[np.uint64(index(boundary, ref))]
+    me, other = state.rows[i], state.rows[boundary.index(ref)]
     now = me.event_time
     rr = 0.0
     rv = 0.0
     for axis in range(len(sectors.sides)):
-        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(boundary, i, ref, axis, y - x)
+        x = motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = motion.position(axis, other.x[axis], other.v[axis], now - other.t)
+        r = boundary.separation(i, ref, axis, y - x)
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     factor = rv / rr
-    cell = np.int64(sector_of(sectors, i))
-    scale = np.int64(1)
+    cell = sector_of(sectors, i)
+    scale = 1
     for back in range(len(sectors.sides)):
         axis = len(sectors.sides) - 1 - back
-        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        v = me.v[axis] + factor * separation(boundary, i, ref, axis, y - x)
+        x = motion.position(axis, me.x[axis], me.v[axis], now - me.t)
+        y = motion.position(axis, other.x[axis], other.v[axis], now - other.t)
+        v = me.v[axis] + factor * boundary.separation(i, ref, axis, y - x)
         cell += scale * best_cell(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]
     prefetch_around(sectors, state, i, cell, step - 1)
@@ -404,8 +405,8 @@ def prefetch_after(sectors, motion, boundary, state, i, ref, step):
 
 def prefetch_cell(sectors, i):
     """Ask for where component i is."""
-    prefetch(sectors.cell, np.int64(i) * len(sectors.sides))
-    prefetch(sectors.wraps, np.int64(i) * len(sectors.sides))
+    prefetch(sectors.cell, i * len(sectors.sides))
+    prefetch(sectors.wraps, i * len(sectors.sides))
 
 
 def prefetch_sector(sectors, cell):
@@ -419,5 +420,5 @@ def prefetch_near(sectors, state, i, cell, code, step):
     if step == 1:
         prefetch_sector(sectors, neighbor_cells)
         return
-    count = np.int64(sectors.members[np.uint64(neighbor_cells), np.uint64(sectors.members.shape[1] - 1)])
-    prefetch_members(state.rows, sectors.members, np.uint64(neighbor_cells), count, i)
+    count = sectors.members[neighbor_cells, sectors.members.shape[1] - 1]
+    prefetch_members(state.rows, sectors.members, neighbor_cells, count, i)

@@ -9,7 +9,7 @@ import numpy as np
 from carom.engine.observers.currents import make_currents, make_held
 from carom.engine.observers.energy import make_balance
 from carom.engine.observers.flights import make_flights
-from carom.engine.observers.interface import Observers, chained
+from carom.engine.observers.interface import Nobody, Observers, chained
 from carom.engine.observers.own import Own, make_own
 from carom.engine.observers.species import make_by_species
 from carom.engine.observers.stream import make_stream_sums
@@ -19,7 +19,7 @@ from carom.models.interactions.pinned import PinnedCores
 from carom.models.motions.shear import Shear
 
 
-def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: bool) -> Observers | None:
+def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: bool) -> Observers | Nobody:
     """Return what observes a scene, at the start; ``lossy`` if contacts may change the energy."""
     particles = system.particles
     made: list[Any] = []

@@ -13,10 +13,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.boundary import separation
-from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
+from carom.engine.observers.interface import Observer
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.particles import NEVER
@@ -33,8 +31,7 @@ class Held(NamedTuple):
     """Where the current of energy begins in ``Currents.flow``."""
 
 
-@answering(interface)
-class Currents(NamedTuple):
+class Currents(Observer):
     """Currents now, their integrals so far, and samples of these at equal times.
 
     A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.
@@ -79,14 +76,14 @@ class Currents(NamedTuple):
         )
         d = len(model.boundary.edges)
         for p in range(d):
-            x = separation(model.boundary, i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+            x = model.boundary.separation(i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
             r[p] = x
             v[p] = np.float64(me.v[p]) - currents.drift[p]
             w[p] = np.float64(other.v[p]) - currents.drift[p]
             after[p] = v[p] + a * x
             later[p] = w[p] - b * x
-        first = mass(model.pair, np.int64(i))
-        second = mass(model.pair, np.int64(j))
+        first = mass(model.pair, i)
+        second = mass(model.pair, j)
         kind, other_kind = currents.kinds[i], currents.kinds[j]
         gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
         lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)

@@ -6,18 +6,16 @@ kept where contacts lose energy, or surfaces that grow do work; else there is no
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import kept, present
 
 
-@answering(interface)
-class Balance(NamedTuple):
+class Balance(Observer):
     """The kinetic energy about the motion of the center of mass."""
 
     drift: Annotated[np.ndarray, present(-1)]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import ROOM
 
 
-@answering(interface)
-class Log(NamedTuple):
+class Log(Observer):
     """A buffer of events."""
 
     used: Annotated[np.ndarray, ROOM]  # how many entries are filled, (1,) int64

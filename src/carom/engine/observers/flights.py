@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import present
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
 
 
-@answering(interface)
-class Flights(NamedTuple):
+class Flights(Observer):
     """What flights and collisions add up to, by species."""
 
     kinds: np.ndarray
@@ -62,9 +60,9 @@ class Flights(NamedTuple):
         for c, other in ((i, j), (j, i)):
             if flights.partners[c] >= 0:
                 flights.returns[flights.kinds[c], 0] += 1.0
-                if flights.partners[c] == np.int64(other):
+                if flights.partners[c] == other:
                     flights.returns[flights.kinds[c], 1] += 1.0
-            flights.partners[c] = np.int64(other)
+            flights.partners[c] = other
         a = min(flights.kinds[i], flights.kinds[j])
         b = max(flights.kinds[i], flights.kinds[j])
         u = abs(event.rv) / np.sqrt(event.rr)
@@ -99,4 +97,4 @@ def make_flights(n: int, kinds, inverse) -> Flights:
 
 def bin_of(value, width):
     """Return the bin of a value that is not negative."""
-    return np.int64(min(value / width, BINS - 1.0))
+    return int(min(value / width, BINS - 1.0))

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import answering
-from carom.engine.boundary import separation
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
-@answering(interface)
-class Own(NamedTuple):
+class Own(Observer):
     """An observer of the user's own, and room for what it is told."""
 
     observer: Annotated[Any, GIVEN]  # the user's NamedTuple
@@ -37,7 +34,7 @@ class Own(NamedTuple):
         _write(self, state, event.j, self.before, 1)
         for axis in range(len(model.boundary.edges)):
             x = self.x[1, axis] - self.x[0, axis]
-            self.r[axis] = separation(model.boundary, event.i, event.ref, axis, x)
+            self.r[axis] = model.boundary.separation(event.i, event.ref, axis, x)
 
     def after_pair(self, model, state, event):
         _write(self, state, event.i, self.after, 0)
@@ -45,15 +42,15 @@ class Own(NamedTuple):
         at_pair(
             self.observer,
             PairEvent(
-                np.int64(event.i),
-                np.int64(event.j),
+                event.i,
+                event.j,
                 _time(self, state, event.now),
                 self.r,
                 self.x,
                 self.before,
                 self.after,
                 math.ldexp(np.float64(event.virial), -self.exponent),
-                np.int64(event.kind),
+                event.kind,
             ),
         )
 
@@ -67,7 +64,7 @@ class Own(NamedTuple):
         at_obstacle(
             self.observer,
             ObstacleEvent(
-                np.int64(event.i),
+                event.i,
                 self.places[event.number],
                 _time(self, state, event.now),
                 self.normal,

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.questions.memory import kept
 
 
-@answering(interface)
-class BySpecies(NamedTuple):
+class BySpecies(Observer):
     """How many collisions every pair of species had."""
 
     kinds: np.ndarray  # species, (n + 1,) int64: the array of the cores, where they have one

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.engine.constants import OBSTACLE
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 
 
-@answering(interface)
-class StopAtHit(NamedTuple):
+class StopAtHit(Observer):
     """A counter of contacts with some obstacles, in the chain for the length of a run alone."""
 
     wanted: np.ndarray  # whether contacts with each obstacle count, by the engine's numbers, bool

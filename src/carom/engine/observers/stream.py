@@ -6,20 +6,17 @@ Of peculiar velocities u ``M_ab = sum m u_a u_b`` changes in flight, as u_0 fall
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
-from carom.engine.lattice import contact_vector
-from carom.engine.observers import interface
+from carom.engine.observers.interface import Observer
 from carom.models.copies import copied
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import kept, parameter, present
 
 
-@answering(interface)
-class StreamSums(NamedTuple):
+class StreamSums(Observer):
     """Sums over the peculiar velocities of all components."""
 
     rate: Annotated[float, parameter(-1)]  # shear rate
@@ -34,8 +31,8 @@ class StreamSums(NamedTuple):
         fly(self, event.now)
         me, other = state.rows[event.i], state.rows[event.j]
         for axis in range(len(self.r)):
-            self.r[axis] = contact_vector(
-                model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
+            self.r[axis] = model.motion.contact_vector(
+                model.boundary, event.i, event.ref, axis, me, other, event.now
             )
         enter_pair(self, model, state, event, -1.0)
 
@@ -44,10 +41,10 @@ class StreamSums(NamedTuple):
 
     def before_kick(self, model, state, i, now):
         fly(self, now)
-        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
+        enter(self, mass(model.pair, i), state.rows[i].v, -1.0)
 
     def after_kick(self, model, state, i, now):
-        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
+        enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
 
     def at_epoch(self, model, state, length):
         # From the velocities again: rounding errors do not accumulate.
@@ -97,8 +94,8 @@ def enter(sums, weight, v, sign):
 def enter_pair(sums, model, state, event, sign):
     """Add the velocities of a pair and the momentum of the partner, or take them out."""
     me, other = state.rows[event.i], state.rows[event.j]
-    enter(sums, mass(model.pair, np.int64(event.i)), me.v, sign)
-    weight = mass(model.pair, np.int64(event.j))
+    enter(sums, mass(model.pair, event.i), me.v, sign)
+    weight = mass(model.pair, event.j)
     enter(sums, weight, other.v, sign)
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):

@@ -132,7 +132,7 @@ class Losing(NamedTuple):
         self.last[i] = now
         self.last[j] = now
         part = 1.0 if soon else transfer(self, rr, rv)
-        self.spared[0] += np.int64(soon or abs(rv) < self.law.threshold * np.sqrt(rr))
+        self.spared[0] += soon or abs(rv) < self.law.threshold * np.sqrt(rr)
         return part
 
     def shift_epoch(self, duration):

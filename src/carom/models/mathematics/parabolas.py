@@ -79,10 +79,10 @@ def last_passing(height, speed, acceleration):
 
 def leaving(x, v, g, low, high):
     """Return the time until ``x + v t + g t^2 / 2`` leaves an interval, and at which end, 0 or 1."""
-    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
+    up = int(v > 0.0 or (v == 0.0 and g > 0.0))
     root = v * v + 2.0 * g * ((high if up else low) - x)
     if root < 0.0:  # it turns round before, and leaves at the other end
-        up = np.int64(1) - up
+        up = 1 - up
         back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
         return (abs(v) + back) / abs(g), up
     way = abs(v) + np.sqrt(root)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
-from carom.compiling.registry import answering
-from carom.models.questions import motion
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.particles import Particles
 
 
@@ -19,8 +17,7 @@ class FreeFlight:
         return Inertial()
 
 
-@answering(motion)
-class Inertial(NamedTuple):
+class Inertial(MotionModel):
     """Uniform motion along straight lines."""
 
     inertial: bool = True

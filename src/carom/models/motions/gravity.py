@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.fields import Value, check_dimensions, vector
 from carom.models.mathematics.parabolas import HOP, leaving
-from carom.models.questions import motion, obstacle, walls
 from carom.models.questions.memory import parameter
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.obstacle import fall
 from carom.models.questions.particles import Particles
 from carom.models.questions.walls import landing_on_wall
@@ -88,8 +87,7 @@ class Gravity(Value):
         return Falling(g, math.sqrt(2.0 * HOP * max(particles.box) * math.hypot(*g)))
 
 
-@answering(motion, obstacle, walls)
-class Falling(NamedTuple):
+class Falling(MotionModel):
     """Parabolas of one acceleration."""
 
     g: Annotated[tuple, parameter(-2)]  # acceleration along each axis

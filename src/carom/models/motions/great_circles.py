@@ -21,7 +21,7 @@ from carom.models.fields import Value
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.mathematics import roots
 from carom.models.mathematics.roots import next_fall, value
-from carom.models.questions import motion
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.particles import NEVER, Particles
 
 NEARLY = 2.0**-30
@@ -120,8 +120,7 @@ class GreatCircles(Value):
         return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
 
 
-@answering(motion)
-class Circles(NamedTuple):
+class Circles(MotionModel):
     """Motion on a sphere."""
 
     center: tuple  # center of the sphere [length]
@@ -192,7 +191,7 @@ def cosine_and_sine(angle):
     c = 4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)
     half = 0.5 * z
     cosine = (1.0 - half) + (((1.0 - (1.0 - half)) - half) + z * z * c)
-    quarter = np.int64(turns) & 3
+    quarter = int(turns) & 3
     a = sine if quarter & 1 else cosine
     b = cosine if quarter & 1 else sine
     return (-a if (quarter == 1) | (quarter == 2) else a), (-b if quarter >= 2 else b)

@@ -11,18 +11,18 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import cosine_and_sine
-from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.fields import ABOVE, Value
-from carom.models.questions import motion
+from carom.models.mathematics.parabolas import leaving
 from carom.models.questions.memory import parameter, present
+from carom.models.questions.motion import MotionModel
 from carom.models.questions.particles import Particles
 
 LONGEST_STRAIN = 0.125
@@ -129,8 +129,11 @@ def start_tilt(motion: Any, box: Sequence[float]) -> float:
     return motion.tilt - ratio * round(motion.tilt / ratio)
 
 
-@answering(motion)
-class Sheared(NamedTuple):
+GRADIENT = 1
+"""The axis along which a stream grows; it flows along axis 0."""
+
+
+class Sheared(MotionModel):
     """A tilting lattice."""
 
     rate: Annotated[float, parameter(-1)]
@@ -146,7 +149,93 @@ class Sheared(NamedTuple):
     def velocity(self, axis, v, t):
         return v
 
+    def position_at(self, axis, x, v, t, now):
+        speed = v[axis] - tilt_at(self, now) * v[GRADIENT] if axis == 0 else np.float64(v[axis])
+        return x[axis] + speed * t
+
+    def velocity_at(self, axis, v, t):
+        return v[axis] - self.rate * v[GRADIENT] * t if axis == 0 else np.float64(v[axis])
+
+    def relative_to(self, boundary, i, ref, me, other, now):
+        rr = 0.0
+        rv = 0.0
+        vv = 0.0
+        for axis in range(len(boundary.edges)):
+            r = _apart(self, boundary, i, ref, axis, me, other, now)
+            v = np.float64(self.velocity_at(axis, other.v, now - other.t)) - np.float64(
+                self.velocity_at(axis, me.v, now - me.t)
+            )
+            if axis == 0:
+                up = _apart(self, boundary, i, ref, 1, me, other, now)
+                r += tilt_at(self, now) * up
+                v += self.rate * up
+            rr += r * r
+            rv += r * v
+            vv += v * v
+        return rr, rv, vv
+
+    def candidate_relative_to(self, boundary, i, ref, me, block, k, now):
+        dimension = len(boundary.edges)
+        elapsed = now - block[dimension, k]
+        rr = 0.0
+        rv = 0.0
+        vv = 0.0
+        for axis in range(dimension):
+            r = _candidate_apart(self, boundary, i, ref, axis, me, block, k, now)
+            v = np.float64(block[dimension + 1 + axis, k])
+            if axis == 0:
+                up = _candidate_apart(self, boundary, i, ref, 1, me, block, k, now)
+                r += tilt_at(self, now) * up
+                v += self.rate * (up - block[dimension + 2, k] * elapsed)
+            v -= self.velocity_at(axis, me.v, now - me.t)
+            rr += r * r
+            rv += r * v
+            vv += v * v
+        return rr, rv, vv
+
+    def contact_vector(self, boundary, i, ref, axis, me, other, now):
+        r = boundary.separation(i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        if axis == 0:
+            r += tilt_at(self, now) * _gradient_apart(boundary, i, ref, me, other)
+        return r
+
+    def contact_velocity(self, boundary, i, ref, axis, me, other):
+        v = np.float64(other.v[axis]) - np.float64(me.v[axis])
+        if axis == 0:
+            v += self.rate * _gradient_apart(boundary, i, ref, me, other)
+        return v
+
+    def exit_time_at(self, axis, me, now, low, high):
+        x = self.position_at(axis, me.x, me.v, now - me.t, now)
+        v = np.float64(self.velocity_at(axis, me.v, now - me.t))
+        g = 0.0
+        if axis == 0:  # along the tilting axis a flight is a parabola
+            v -= tilt_at(self, now) * me.v[GRADIENT]
+            g = -2.0 * self.rate * me.v[GRADIENT]
+        return leaving(x, v, g, low, high)
+
 
 def tilt_at(motion, now):
     """Return the tilt at a time of the epoch."""
     return motion.tilt[0] + motion.rate * now
+
+
+def _apart(motion, boundary, i, ref, axis, me, other, now):
+    x = motion.position_at(axis, me.x, me.v, now - me.t, now)
+    y = motion.position_at(axis, other.x, other.v, now - other.t, now)
+    return boundary.separation(i, ref, axis, y - x)
+
+
+def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
+    dimension = len(boundary.edges)
+    elapsed = now - block[dimension, k]
+    x = motion.position_at(axis, me.x, me.v, now - me.t, now)
+    speed = np.float64(block[dimension + 1 + axis, k])
+    if axis == 0:
+        speed -= tilt_at(motion, now) * block[dimension + 2, k]
+    return boundary.separation(i, ref, axis, block[axis, k] + speed * elapsed - x)
+
+
+def _gradient_apart(boundary, i, ref, me, other):
+    difference = np.float64(other.x[GRADIENT]) - np.float64(me.x[GRADIENT])
+    return boundary.separation(i, ref, 1, difference)

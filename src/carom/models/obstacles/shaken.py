@@ -11,15 +11,14 @@ import numpy as np
 from carom.compiling.registry import answering
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.paths import Path
-from carom.models.questions import memory, motion, obstacle
+from carom.models.questions import memory, obstacle
 from carom.models.questions.memory import ROOM, parameter, present
-from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import anchor, arrival, fall, is_periodic, outward, surface_speed
 from carom.models.questions.particles import Particles
 from carom.models.questions.path import pace, place
 
 
-@answering(memory, motion, obstacle)
+@answering(memory, obstacle)
 class Displaced(NamedTuple):
     """A body that is displaced along a course."""
 
@@ -85,7 +84,7 @@ class Displaced(NamedTuple):
         for axis in range(len(v)):
             approach -= normal[axis] * v[axis]
         approach = max(approach, 0.0)
-        push(motion, approach + max(approach, rest_speed(motion), self.rest), v, normal)
+        motion.push(approach + max(approach, motion.rest_speed(), self.rest), v, normal)
 
 
 def displaced(body: Any, direction: tuple[float, ...], path: Path, particles: Particles) -> Displaced:

@@ -15,7 +15,6 @@ from carom.models.contacts.rough import Rough
 from carom.models.mathematics.counter_random import normal as draw_normal, uniform
 from carom.models.questions import memory, obstacle
 from carom.models.questions.memory import MOMENT, kept, parameter, shift_epoch
-from carom.models.questions.motion import normal_acceleration, push, rest_speed
 from carom.models.questions.obstacle import (
     anchor,
     arrival,
@@ -25,6 +24,7 @@ from carom.models.questions.obstacle import (
     is_periodic,
     outward,
     recoil,
+    rest_speed,
     surface_speed,
     surface_velocity,
 )
@@ -59,15 +59,15 @@ class Lossy(NamedTuple):
         is_elastic = approach < law.threshold or now - self.last[i] < law.contact_time
         self.last[i] = now
         left = approach if is_elastic else restitution_at(law, approach) * approach
-        least = max(rest_speed(motion), rest_speed(self.body))
+        least = max(motion.rest_speed(), rest_speed(self.body))
         least = max(
             least,
-            0.25 * law.contact_time * normal_acceleration(motion, normal),
+            0.25 * law.contact_time * motion.normal_acceleration(normal),
             law.restitution * law.threshold,
         )
-        self.spared[0] += np.int64(is_elastic)
-        self.spared[1] += np.int64(left < least)
-        push(motion, surface - speed + max(left, least), v, normal)
+        self.spared[0] += is_elastic
+        self.spared[1] += left < least
+        motion.push(surface - speed + max(left, least), v, normal)
 
 
 @answering(memory, obstacle)
@@ -103,7 +103,7 @@ class Thermostat(NamedTuple):
             along += v[axis] * normal[axis]
         self.drawn[i] = k + 1 + 2 * len(v)
         surface = growth + surface_speed(self.body, normal, now)
-        change = surface + max(fast, rest_speed(motion), rest_speed(self.body)) - along
+        change = surface + max(fast, motion.rest_speed(), rest_speed(self.body)) - along
         drift = 0.0
         for axis in range(len(v)):
             drift += surface_velocity(self.body, axis, now) * normal[axis]

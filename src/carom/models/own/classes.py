@@ -90,7 +90,12 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     whole = _completed(kind, parts, meanings, methods)
     constants = _constants(cls, kind, methods, {*meanings, *whole}, meanings)
     given = [name for name, each in meanings.items() if each.word != "text"]
-    compiled = namedtuple(cls.__name__, (*given, *constants, *whole), module=cls.__module__)  # type: ignore[misc]
+    names = (*given, *constants, *whole)
+    if kind.base is None:
+        compiled = namedtuple(cls.__name__, names, module=cls.__module__)  # type: ignore[misc]
+    else:
+        scope = {"__module__": cls.__module__, "__annotations__": dict.fromkeys(names, Any)}
+        compiled = type(kind.base)(cls.__name__, (kind.base,), scope)
     compiled.__qualname__ = f"{cls.__qualname__}.Compiled"
     compiled.__doc__ = f"What the engine compiles of {cls.__name__}."
     if not kind.converted:  # who reads the arrays after a run has the methods of the class, too
@@ -99,7 +104,10 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
                 setattr(compiled, name, each)
     setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
     for name, function in methods.items():
-        kind.questions[name].register(compiled)(function)
+        if kind.base is None or not hasattr(kind.base, name):
+            kind.questions[name].register(compiled)(function)
+        else:
+            setattr(compiled, name, function)
     if kind is CONVEX:
         round_about(compiled)
     _age(compiled, parts, methods)

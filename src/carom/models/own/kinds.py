@@ -12,13 +12,12 @@ from carom.models.questions import (
     contact,
     interaction,
     memory,
-    motion,
     observer,
     obstacle,
     path,
     steps,
-    walls,
 )
+from carom.models.questions.motion import MotionModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +31,7 @@ class Kind:
     """By Carom in Python: parameters of methods, none of facts."""
     may: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """What else is asked in Python where the class has it, as ``asked``."""
+    base: Any = None  # the class whose methods answer by default
     ghost: bool = False  # its arrays have an item for the ghost
     converted: bool = True  # to the engine's unit of time
 
@@ -105,20 +105,21 @@ STEPPED = Kind(
 MOTION = Kind(
     "motion",
     _named(
-        motion.position,
-        motion.velocity,
-        motion.exit_time,
-        motion.carry,
-        motion.push_direction,
-        motion.meeting_time,
-        motion.rest_speed,
-        motion.normal_acceleration,
-        motion.rebound_speed,
-        motion.push,
-        obstacle.meeting,
-        walls.wall_meeting,
+        MotionModel.position,
+        MotionModel.velocity,
+        MotionModel.exit_time,
+        MotionModel.carry,
+        MotionModel.push_direction,
+        MotionModel.meeting_time,
+        MotionModel.rest_speed,
+        MotionModel.normal_acceleration,
+        MotionModel.rebound_speed,
+        MotionModel.push,
+        MotionModel.meeting,
+        MotionModel.wall_meeting,
     ),
     ("position", "velocity"),
+    base=MotionModel,
     may={**OF_SCENES, "conserves": ("self", "axis"), "straight": (), "curved": ()},
 )
 IMPACT = Kind(
@@ -143,7 +144,7 @@ OBSTACLE = Kind(
         obstacle.surface_speed,
         obstacle.surface_velocity,
         obstacle.at_time,
-        motion.rest_speed,
+        obstacle.rest_speed,
         time_to_moving,
         *REMEMBERED,
     ),

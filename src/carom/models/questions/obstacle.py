@@ -9,7 +9,6 @@ import numpy as np
 
 from carom.compiling.registry import optional, required
 from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.motion import push, rebound_speed
 
 
 @runtime_checkable
@@ -124,22 +123,6 @@ def member(crowd, k):
 
 
 @optional
-def meeting(motion, obstacle, x, v, radius, growth, now):
-    """Return :func:`encounter` for particles in this motion; asked of the motion.
-
-    Parameters
-    ----------
-    motion, obstacle : models
-        The motion, and an obstacle.
-    x, v, radius, growth
-        As for :func:`encounter`.
-    now : float
-        Time since the beginning of the epoch.
-    """
-    return arrival(obstacle, x, v, radius, growth, now)
-
-
-@optional
 def arrival(obstacle, x, v, radius, growth, now):
     """Return :func:`encounter` at the time ``now`` of the epoch, in straight flight; asked of the obstacle.
 
@@ -177,7 +160,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     approach = growth + surface_speed(obstacle, normal, now)
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
-    push(motion, rebound_speed(motion, approach), v, normal)
+    motion.push(motion.rebound_speed(approach), v, normal)
 
 
 @optional
@@ -193,6 +176,12 @@ def surface_velocity(obstacle, axis, now):
     Of it a thermal surface (``obstacles.surfaces``) uses the part along the surface. What is along the
     normal is asked with :func:`surface_speed`.
     """
+    return 0.0
+
+
+@optional
+def rest_speed(obstacle):
+    """Return the least speed at which a particle leaves an obstacle after a contact; by default 0."""
     return 0.0
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from carom.compiling.registry import optional
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.questions.particles import NEVER
 
@@ -15,11 +12,11 @@ def soonest_wall(walls, x, v, radius, growth):
     The lower wall of an axis has the number ``2 axis``, the upper one ``2 axis + 1``.
     """
     if walls is None:
-        return NEVER, np.int64(-1)
+        return NEVER, -1
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     for axis in range(len(walls.lows)):
-        upper = np.int64(v[axis] > 0.0)
+        upper = v[axis] > 0.0
         approach = abs(v[axis]) + growth
         ahead = walls.stands[2 * axis + 1] if upper else walls.stands[2 * axis]
         if ahead != 0 and approach > 0.0:
@@ -42,20 +39,20 @@ def soonest_wall(walls, x, v, radius, growth):
 def landing_on_wall(walls, g, x, v, radius, growth):
     """Return :func:`soonest_wall` on a parabola: every particle has the acceleration ``g``, d floats."""
     if walls is None:
-        return NEVER, np.int64(-1)
+        return NEVER, -1
     best = NEVER
-    number = np.int64(-1)
+    number = -1
     for axis in range(len(walls.lows)):
         if walls.stands[2 * axis] != 0:
             t = first_landing(x[axis] - walls.lows[axis] - radius, v[axis] - growth, g[axis])
             if t < best:
                 best = t
-                number = np.int64(2 * axis)
+                number = 2 * axis
         if walls.stands[2 * axis + 1] != 0:
             t = first_landing(walls.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
             if t < best:
                 best = t
-                number = np.int64(2 * axis + 1)
+                number = 2 * axis + 1
     return best, number
 
 
@@ -80,11 +77,5 @@ def _comes_before(behind, motion, x, v, radius, growth, t):
     """Return whether a contact after a time ``t`` comes no later than one with the walls that stand back."""
     if behind is None:
         return False
-    time_behind, _ = wall_meeting(motion, behind, x, v, radius, growth)
+    time_behind, _ = motion.wall_meeting(behind, x, v, radius, growth)
     return t < NEVER and t <= time_behind
-
-
-@optional
-def wall_meeting(motion, walls, x, v, radius, growth):
-    """Return :func:`soonest_wall` for particles in this motion; asked of the motion."""
-    return soonest_wall(walls, x, v, radius, growth)

@@ -25,7 +25,7 @@ from carom.engine.neighbors.contact_cache import CAPACITY, STALE
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.observers.interface import kept_arrays, limits, listed
+from carom.engine.observers.interface import kept_arrays, listed
 from carom.engine.observers.own import Own
 from carom.models.interactions.units import COMPLAINTS, Units
 from carom.models.questions.memory import fields_of
@@ -369,7 +369,7 @@ def _of_observers(run_state: RunState) -> Iterator[str]:
     record, observers = run_state.engine.state.clock[0], run_state.engine.model.observers
     oldest = -(float(record.epoch) + 1.0) * float(record.length)
     for each, (name, its) in zip(listed(observers), kept_arrays(observers).items(), strict=True):
-        known = limits(each, run_state.scene.n, oldest)
+        known = each.limits(run_state.scene.n, oldest)
         for field, array in its.items():
             if isinstance(each, Own) and field != "origin":  # the user's
                 continue

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from carom.engine.advance import advance
 from carom.engine.boundary import NearestImage
 from carom.engine.neighbors.build import edges_of, images_in
+from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.sectors import make_sectors
-from carom.engine.pair_steps import SteppedImage, fresh_word, make_steps, put_step, stepped_word
-from carom.engine.rules import recount_listed, recount_word
+from carom.engine.pair_steps import SteppedImage, fresh_word, make_steps, stepped_word
+from carom.engine.rules import recount_word
 from carom.engine.system import System
 from carom.models.questions.interaction import core_square
 from carom.models.questions.steps import start_steps
@@ -25,22 +26,20 @@ from carom.scene.fields import first_steps
 from carom.scene.scene import Scene
 
 
-class Listed(NamedTuple):
+class Listed(NeighborScheme):
     """Who has been on a step with whom: in a replay in place of the engine's lists."""
 
     words: list[dict[int, int]]  # the word under which each component knows another
     steps: Any  # how words name steps
 
+    def put_step(self, i, j, step):
+        """Note that i and j are on another step."""
+        self.words[i][int(j)] = int(stepped_word(self.steps, j, step))
 
-@put_step.register
-def _(neighbors: Listed, i, j, step):
-    neighbors.words[i][int(j)] = int(stepped_word(neighbors.steps, j, step))
-
-
-@recount_listed.register
-def _(neighbors: Listed, rules, boundary, i, was):
-    for ref in [*neighbors.words[i].values()]:
-        recount_word(neighbors, rules, boundary, i, ref, was)
+    def recount_listed(self, rules, boundary, i, was):
+        """Bring the counters of unit i, and of all that it knows, up to date."""
+        for ref in [*self.words[i].values()]:
+            recount_word(self, rules, boundary, i, ref, was)
 
 
 class Words:
@@ -60,8 +59,8 @@ class Words:
                 [{} for _ in range(scene.n)], make_steps(system.interaction, system.particles)
             )
             for (i, j), step in zip(*(each.tolist() for each in starting_steps), strict=True):
-                put_step(self.listed, i, j, step)
-                put_step(self.listed, j, i, step)
+                self.listed.put_step(i, j, step)
+                self.listed.put_step(j, i, step)
             start_steps(pair, *starting_steps)
             self.boundary: Any = SteppedImage(edges, inverse, self.listed.steps.bits)
         elif bits == 0:
@@ -78,7 +77,7 @@ class Words:
         if self.listed is not None:
             ref = self.listed.words[i].get(j)
             return int(fresh_word(self.listed.steps, i, j)) if ref is None else ref
-        if isinstance(self.boundary, NearestImage):
+        if type(self.boundary) is NearestImage:
             return j
         rows = [copy.deepcopy(state.rows[k]) for k in (i, j)]
         for k in range(2):

@@ -20,7 +20,6 @@ from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.dressing import Dressed, dressed
 from carom.models.own.classes import kind_of, sized
 from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
-from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
@@ -244,14 +243,14 @@ def _setting(flight: Any, some: Particles) -> Setting | None:
     d = len(some.box)
     model = model_checks.made(flight, some) if model_checks.is_own(flight) else flight.model(some)
     model_checks.answered("motion", model)
-    if not has_axis(model, d - 1) or (model_checks.answers(meeting_time, model) and d < 2):
+    if not has_axis(model, d - 1) or (model_checks.answers("meeting_time", model) and d < 2):
         return None
     return Setting(
         some,
         (True,) * d,
         model,
         straight=getattr(flight, "straight", True),
-        curved=model_checks.answers(meeting_time, model),
+        curved=model_checks.answers("meeting_time", model),
         growth=GROWTH,
         masses_known=False,
     )

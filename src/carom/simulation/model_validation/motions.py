@@ -9,7 +9,6 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
-from carom.models.questions.motion import carry, exit_time, meeting_time, position
 from carom.models.questions.particles import NEVER
 from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, record_of, time_of
 
@@ -50,10 +49,10 @@ def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relat
         record.note("uniform", d, off <= TOLERANCE * size, **facts, off=off)
     for axis in range(d):
         low, high = x[0, axis] + setting.size * (rng.uniform(0.01, 2.0, 2) * (-1.0, 1.0))
-        t, up = checks.answer(exit_time, motion, axis, x[0, axis], v[0, axis], low, high)
+        t, up = checks.answer(motion.exit_time, axis, x[0, axis], v[0, axis], low, high)
         if not t < NEVER:
             continue
-        way = [position(motion, axis, x[0, axis], v[0, axis], s * t) for s in np.linspace(0, 1, 33)]
+        way = [motion.position(axis, x[0, axis], v[0, axis], s * t) for s in np.linspace(0, 1, 33)]
         slack = TOLERANCE * size
         inside = min(way) >= low - slack and max(way) <= high + slack
         there = abs(way[-1] - (high if up else low)) <= slack
@@ -74,7 +73,7 @@ def try_images(setting: Setting, record: Record, rng: np.random.Generator) -> No
         for _ in range(ATTEMPTS):
             x = rng.uniform(0.3, 0.7, d) * box
             x[axis] = -0.1 * contact  # outside: its image is inside, at the other end
-            here = carry(motion, x + inwards, 0.0 * x, 0.0, np.empty_like(x), np.empty_like(x))[0]
+            here = motion.carry(x + inwards, 0.0 * x, 0.0, np.empty_like(x), np.empty_like(x))[0]
             if not np.abs(np.asarray(here) - x - inwards).max() <= TOLERANCE * box.max():
                 break  # the motion has its components elsewhere
             r = rng.normal(size=d)
@@ -84,8 +83,7 @@ def try_images(setting: Setting, record: Record, rng: np.random.Generator) -> No
             image = x + box * np.eye(d)[axis]
             inside, across = (
                 time_of(
-                    meeting_time,
-                    motion,
+                    motion.meeting_time,
                     record_of(a, v[0]),
                     record_of(b, v[1]),
                     0.0,
@@ -107,7 +105,7 @@ def try_images(setting: Setting, record: Record, rng: np.random.Generator) -> No
 def has_axis(motion: Any, axis: int) -> bool:
     """Tell whether a motion has a value for so many axes, where it has one for each."""
     try:
-        position(motion, axis, 0.0, 0.0, 0.0)
+        motion.position(axis, 0.0, 0.0, 0.0)
     except IndexError:
         return False
     except (ArithmeticError, ValueError):
@@ -119,11 +117,11 @@ def refuse_motion_that_is_none(system: System) -> None:
     """Raise InputError where a motion is curved and cannot say when two meet, or does not say that it is."""
     model, name = system.motion.model(system.particles), type(system.motion).__name__
     if system.curved:
-        for question in (carry, meeting_time):
+        for question in ("carry", "meeting_time"):
             if not model_checks.answers(question, model):
                 raise InputError(
                     f"{name} has curved = True, and {type(model).__name__} does not answer "
-                    f"{question.__name__}: give it that method."
+                    f"{question}: give it that method."
                 )
-    elif model_checks.answers(meeting_time, model):
+    elif model_checks.answers("meeting_time", model):
         raise InputError(f"{type(model).__name__} answers meeting_time: give {name} curved = True.")

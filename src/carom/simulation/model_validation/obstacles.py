@@ -21,13 +21,11 @@ from carom.models.questions.obstacle import (
     at_time,
     encounter,
     is_periodic,
-    meeting,
     outward,
     recoil,
     surface_speed,
 )
 from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import wall_meeting
 from carom.simulation.model_validation.setting import (
     GRAZING,
     TOLERANCE,
@@ -132,7 +130,7 @@ class ObstacleTrial:
         plain = self._setting.free and not self._moves and model_checks.answers(encounter, self.model)
         for place_ in self._images(x):
             way = (place_, v, radius, self._growth)
-            asked = (encounter, self.model, *way) if plain else (meeting, motion, self.model, *way, now)
+            asked = (encounter, self.model, *way) if plain else (motion.meeting, self.model, *way, now)
             best = min(best, time_of(*asked))
         return best
 
@@ -225,7 +223,7 @@ def try_walls(setting: Setting, record: Record, rng: np.random.Generator, growth
     v = rng.normal(size=d) * setting.speed
     (x,), (v,) = setting.moved(x[None], v[None], 0.0)
     try:
-        t, number = wall_meeting(setting.motion, built, x, v, radius, growth)
+        t, number = setting.motion.wall_meeting(built, x, v, radius, growth)
     except (ArithmeticError, ValueError):
         t, number = NEVER, -1
     until = float(t) if t < NEVER else 8.0 * float(box.max()) / setting.speed

@@ -18,7 +18,6 @@ from carom.models.copies import copied
 from carom.models.obstacles import faces
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.contact import exchanged_part
-from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import standing
 from carom.simulation.model_validation.events import try_drive, try_impact
 from carom.simulation.model_validation.interactions import refuse_interaction, short, shortest, unlike_pairs
@@ -71,7 +70,7 @@ def refuse_own_walls(system: System, scene: Scene) -> None:
     model = system.motion.model(system.particles)
     fixed = standing(scene), scene.box, scene.periodic
     found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
-    if found and model_checks.answers(wall_meeting, model):
+    if found and model_checks.answers("wall_meeting", model):
         raise InputError(
             f"An obstacle is at the wall {wall_name(*found[0])}, and {type(scene.motion).__name__} answers "
             "wall_meeting for all walls of the box: move the obstacle away from the wall."
@@ -107,7 +106,7 @@ def refuse_pair_and_motion(value: Any, scene: Scene, system: System, setting: Se
     if own_motion:
         if system.curved and not record.failures:
             try_images(setting, record, rng)
-        if system.walls is not None and model_checks.answers(wall_meeting, setting.motion):
+        if system.walls is not None and model_checks.answers("wall_meeting", setting.motion):
             for _ in range(TRIED):
                 try_walls(setting, record, rng)
     both = own_pair and own_motion

@@ -11,7 +11,6 @@ from carom import checks
 from carom.errors import CaromError, OverlapError
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
-from carom.models.questions.motion import meeting_time, push_direction
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
 from carom.simulation.model_validation import probes
@@ -158,7 +157,7 @@ class PairTrial:
             me, other = (record_of(*each) for each in zip(x, v, strict=True))
             rate = self._rate(i, j)
             return time_of(
-                meeting_time, self._setting.motion, me, other, 0.0, contact, rate, self._span, self._span
+                self._setting.motion.meeting_time, me, other, 0.0, contact, rate, self._span, self._span
             )
         r, u = x[1] - x[0], v[1] - v[0]
         scalars = (np.float64(r @ r), np.float64(r @ u), np.float64(u @ u), now)
@@ -299,8 +298,8 @@ class PairTrial:
     ) -> np.ndarray:
         """Return the velocities (2, d) after a jump of two."""
         motion, axes = self._setting.motion, range(self._setting.dimension)
-        mine = np.array([push_direction(motion, axis, x[0, axis], r[axis], rr) for axis in axes])
-        its = np.array([push_direction(motion, axis, x[1, axis], -r[axis], rr) for axis in axes])
+        mine = np.array([motion.push_direction(axis, x[0, axis], r[axis], rr) for axis in axes])
+        its = np.array([motion.push_direction(axis, x[1, axis], -r[axis], rr) for axis in axes])
         return np.array([v[0] + a * mine, v[1] + b * its])
 
     def _energy(

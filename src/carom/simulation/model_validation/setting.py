@@ -18,7 +18,6 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromError, InputError
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.motion import carry, position, velocity
 from carom.models.questions.particles import NEVER, Particles
 
 TOLERANCE = 2.0**-26
@@ -191,9 +190,9 @@ class Setting:
 def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
     """Return place and velocity (d,) of one particle in a ``motion`` a time ``t`` later."""
     # What carry leaves out is no number.
-    there, then, left = carry(motion, x, v, t, np.full_like(x, np.nan), np.full_like(v, np.nan))
-    places = [number_of(position, motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
-    speeds = [number_of(velocity, motion, axis, then[axis], left) for axis in range(len(x))]
+    there, then, left = motion.carry(x, v, t, np.full_like(x, np.nan), np.full_like(v, np.nan))
+    places = [number_of(motion.position, axis, there[axis], then[axis], left) for axis in range(len(x))]
+    speeds = [number_of(motion.velocity, axis, then[axis], left) for axis in range(len(x))]
     return np.array(places), np.array(speeds)
 
 

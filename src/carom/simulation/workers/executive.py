@@ -28,6 +28,7 @@ from carom.engine.domains.logical_process import (
 )
 from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
 from carom.engine.neighbors.prefetch import HUGE
+from carom.engine.observers.interface import Observers
 from carom.simulation.autotune import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores, signals_held
 from carom.simulation.workers.window_length import LENGTH, WindowLength
@@ -366,7 +367,7 @@ class Executive:
     def _details(self) -> bool:
         """Tell whether anybody asks for more of a collision than its virial."""
         model: Any = self.run_state.engine.model
-        return model.observers is not None or model.obstacles is not None
+        return isinstance(model.observers, Observers) or model.obstacles is not None
 
     def _make_processes(self) -> None:
         """Make the parts, and compile what they run: at a time before anything is due."""
