@@ -270,7 +270,7 @@ def test_mdanalysis_finds_the_same_pairs(dimension):
 
 
 def test_the_quadrature_over_a_shell_is_exact_for_polynomials():
-    from carom.observables.rdf import NODES, WEIGHTS
+    from carom.observables.analysis.contact_extrapolation import NODES, WEIGHTS
 
     for power in range(6):
         exact = 2.0 / (power + 1) if power % 2 == 0 else 0.0

@@ -17,7 +17,7 @@ from carom.observables.pressure import PressureResult
 from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.velocities import degrees_of_freedom
 from carom.simulation import run_loop
-from carom.simulation.measuring import mechanics, readings, stretches
+from carom.simulation.measuring import mechanics, readings
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.theory import is_stable_fluid
 
@@ -104,7 +104,7 @@ class Blocks:
 
     def __init__(self, sim: Simulation, collisions: float):
         self._sim, self._wanted = sim, collisions
-        self._duration = stretches.time_for(sim, collisions)
+        self._duration = time_for(sim, collisions)
         self._cools = cools(sim)
         self._seen, self._thermal = 0, 0.0
 
@@ -113,7 +113,7 @@ class Blocks:
         if self._cools and self._seen:
             rate = self._seen / self._thermal * math.sqrt(self._sim.kT)
             self._duration = self._wanted / rate
-        (block,) = stretches.blocks(self._sim, size * self._duration, 1)
+        (block,) = blocks(self._sim, size * self._duration, 1)
         if block.kT_time is not None:
             self._seen += block.collisions
             self._thermal += math.sqrt(block.kT_time * block.duration)  # of the time in units of 1 / speed
