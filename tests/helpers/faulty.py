@@ -9,7 +9,7 @@ import numpy as np
 from carom.models import own
 from carom.models.drives import DriveModel
 from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
-from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.interaction import core_square, interaction_time, jump
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.motion import MotionModel
@@ -295,23 +295,19 @@ class Flying:
         return Flight(self.fault) if self.part is None else Walled(self.fault, self.part)
 
 
-class Part(NamedTuple):
+class Part(ImpactModel):
     """The part that is exchanged, and a memory."""
 
     part: float
     asked: np.ndarray
 
+    def transfer(self, rr, rv):
+        return self.part
 
-@transfer.register
-def _(impact: Part, rr, rv):
-    return impact.part
-
-
-@exchanged_part.register
-def _(impact: Part, i, j, rr, rv, now):
-    impact.asked[i] += 1
-    impact.asked[j] += 1
-    return impact.part
+    def exchanged_part(self, i, j, rr, rv, now):
+        self.asked[i] += 1
+        self.asked[j] += 1
+        return self.part
 
 
 class Law:
@@ -322,15 +318,13 @@ class Law:
         return Part(self.part, self.asked)
 
 
-class Fading(NamedTuple):
+class Fading(ImpactModel):
     """A contact law that knows the time, and forgets it."""
 
     last: np.ndarray
 
-
-@transfer.register
-def _(impact: Fading, rr, rv):
-    return 1.0
+    def transfer(self, rr, rv):
+        return 1.0
 
 
 @shift_epoch.register

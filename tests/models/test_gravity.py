@@ -301,12 +301,11 @@ def test_contacts_slower_than_the_threshold_of_a_loss_are_spared_and_counted():
     from types import SimpleNamespace
 
     from carom.models.contacts.losses import Loss
-    from carom.models.questions.contact import exchanged_part
     from carom.units import TimeUnit
 
     particles = SimpleNamespace(unit=TimeUnit(), radii=np.full(2, 0.5))
     law = Loss(0.5, elastic_below=0.1).model(particles)
     for approach, part, spared in ((0.2, 0.75, 0), (0.09, 1.0, 1), (0.11, 0.75, 1)):
         # At a distance of 2, r.v is twice the normal speed.
-        assert exchanged_part(law, 0, 1, 4.0, -2.0 * approach, 5.0) == part
+        assert law.exchanged_part(0, 1, 4.0, -2.0 * approach, 5.0) == part
         assert law.spared[0] == spared

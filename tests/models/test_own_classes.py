@@ -13,7 +13,6 @@ from carom import seeds
 from carom.compiling.entry import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
-from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, interaction_time, jump
 from carom.models.questions.observer import PairEvent, at_pair
 from carom.models.questions.obstacle import encounter, outward
@@ -288,7 +287,7 @@ def answers(pair, impact, drive, floor, motion, path, x, v):
     """Ask models of one's own what an engine asks."""
     kicked = v.copy()
     drive.kick(3, 1.0, x, kicked, 0.5)
-    met = exchanged_part(impact, 2, 3, 4.0, -2.0, 1.0), exchanged_part(impact, 3, 4, 4.0, -2.0, 1.001)
+    met = impact.exchanged_part(2, 3, 4.0, -2.0, 1.0), impact.exchanged_part(3, 4, 4.0, -2.0, 1.001)
     pairs = interaction_time(pair, 0, 1, 4.0, -2.0, 2.0, 0.0), core_square(pair, 0, 1, 0.0)
     flight = motion.position(1, 2.0, -1.0, 0.5), motion.velocity(1, -1.0, 0.5)
     return (

@@ -36,8 +36,7 @@ from carom.models.contacts.losses import Loss
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.dressing import Surface
-from carom.models.questions.contact import transfer
-from carom.models.questions.interaction import interaction_time, jump, mass, record_impulse
+from carom.models.questions.interaction import growth, interaction_time, jump, mass, record_impulse
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.particles import NEVER, lanes
 from carom.scene.storage import from_arrays, to_arrays
@@ -366,11 +365,11 @@ def test_an_answer_may_be_registered_for_a_class_that_is_given():
     class Given(NamedTuple):
         part: float
 
-    @transfer.register(Given)
-    def _(impact, rr, rv):
-        return impact.part
+    @growth.register(Given)
+    def _(pair, i):
+        return pair.part
 
-    assert transfer(Given(0.75), 1.0, -1.0) == 0.75
+    assert growth(Given(0.75), 1) == 0.75
 
 
 # ------------------------------------------------------------------------------------ what is accepted

@@ -22,7 +22,7 @@ from carom.models.interactions.hard_cores import HardCores
 from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.balls import Ball
-from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.interaction import (
     contact_time,
     core_square,
@@ -215,20 +215,16 @@ class NumberedCores:
         return Numbered(1.0 - 0.05 * np.abs(np.sin(k[:, None] + k)), len(particles.radii))
 
 
-class Losing(NamedTuple):
+class Losing(ImpactModel):
     """A contact law that follows from the numbers of the two."""
 
     least: float
 
+    def transfer(self, rr, rv):
+        return self.least
 
-@transfer.register
-def _(impact: Losing, rr, rv):
-    return impact.least
-
-
-@exchanged_part.register
-def _(impact: Losing, i, j, rr, rv, now):
-    return impact.least + 0.01 * ((i * j + (i - j)) & 3)
+    def exchanged_part(self, i, j, rr, rv, now):
+        return self.least + 0.01 * ((i * j + (i - j)) & 3)
 
 
 class NumberedLoss:
@@ -312,12 +308,13 @@ class NotedFloor(Floor):
 
 QUESTIONS = {
     NotedCores: (interaction_time, contact_time, core_square, jump, mass, radius, growth),
-    NotedLoss: (transfer, exchanged_part),
     NotedFloor: (encounter, outward, recoil),
 }
 for value, questions in QUESTIONS.items():
     for question in questions:
         question.register(value.Noted, noting(question.registry[value.Noted.__base__]))
+for name in ("transfer", "exchanged_part"):
+    setattr(NotedLoss.Noted, name, noting(getattr(Losing, name)))
 
 BY_NUMBERS = {
     "lists": {"tuning": carom.Tuning(neighbors="lists")},
@@ -469,6 +466,9 @@ class Holding(NamedTuple):
     def velocity(self, axis, v, t):
         return v
 
+    def transfer(self, rr, rv):
+        return 1.0
+
 
 @interaction_time.register
 def _(pair: Holding, i, j, rr, rv, vv, now):
@@ -478,11 +478,6 @@ def _(pair: Holding, i, j, rr, rv, vv, now):
 @jump.register
 def _(pair: Holding, i, j, rr, rv, now):
     return elastic(pair, i, j, rr, rv)
-
-
-@transfer.register
-def _(impact: Holding, rr, rv):
-    return 1.0
 
 
 class Holder:

@@ -1,8 +1,8 @@
 """Questions that the engine asks of models, and what compiled code does with a function.
 
-A basic function of the paper asks a small model (a ``NamedTuple``) a *question*. The answer is chosen by the
-type of the model while code is compiled: what a scene does not have leaves no branch. From Python it is
-:func:`functools.singledispatch`.
+A basic function of the paper asks a small model, a named tuple, a *question*: a method of the model's class.
+The class is known while code is compiled: what a scene does not have leaves no branch. Pairs and obstacles
+are asked by functions, whose answers are chosen by :func:`functools.singledispatch`.
 """
 
 from __future__ import annotations

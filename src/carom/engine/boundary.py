@@ -17,7 +17,7 @@ from carom.models.questions.steps import CORE
 class Boundary(Questions):
     """What a boundary answers: who is named by a word, and where the image is."""
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         """Return the component that a word names."""
         raise NotImplementedError
 
@@ -69,7 +69,7 @@ class NearestImage(Boundary):
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         return int(ref)
 
     def index_bits(self):
@@ -100,7 +100,7 @@ class SectorImage(Boundary):
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighboring sectors, (3^d, d) int64."""
     bits: int  # bits of a word that hold the neighboring sector
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         return int(ref) >> self.bits
 
     def index_bits(self):

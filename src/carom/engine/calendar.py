@@ -62,6 +62,8 @@ class OneOfSeveral(Questions):
     For one that is alone the cycle has no branch and no byte.
     """
 
+    control: Any  # one record of type CONTROL
+
     def is_remote(self, i):
         """Return whether component i belongs to another calendar; by default there is none."""
         return False

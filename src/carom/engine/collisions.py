@@ -17,7 +17,6 @@ from carom.engine.obstacles import age_obstacles
 from carom.engine.rubbing import rub
 from carom.engine.rules import on_crossing
 from carom.models.mathematics.contact import LONGER
-from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.particles import NEVER
@@ -50,7 +49,9 @@ def collide(model, state, neighbors, tally, i, ref, now):
     )
     # Surfaces that grow approach faster than the centers do.
     rate = growth(model.pair, i) + growth(model.pair, j)
-    part = exchanged_part(model.impact, i, j, rr, rv - np.sqrt(rr) * rate, now)
+    part = 1.0
+    if model.impact is not None:
+        part = model.impact.exchanged_part(i, j, rr, rv - np.sqrt(rr) * rate, now)
     a *= part
     b *= part
     virial *= part / longer

@@ -28,7 +28,7 @@ class SteppedImage(NearestImage):
 
     bits: int  # low bits of a word that hold the step
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         return int(ref) >> self.bits
 
     def index_bits(self):

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from carom.compiling.registry import optional
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, update_spin
 from carom.models.interactions.pinned import PinnedCores
 from carom.models.obstacles.surfaces import RoughSurface
@@ -14,14 +13,10 @@ from carom.models.questions.interaction import mass
 from carom.models.questions.obstacle import surface_velocity
 
 
-@optional
 def rub(impact, model, state, i, j, ref, rr, virial, now):
-    """Exchange momentum along the surfaces of i and j after the normal part; by default they are smooth."""
-    return
-
-
-@rub.register
-def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
+    """Exchange momentum along the surfaces of i and j, if they are rough, after the normal part."""
+    if not isinstance(impact, Rubbing):
+        return
     me, other = state.rows[i], state.rows[j]
     dimension = len(model.boundary.edges)
     distance = math.sqrt(rr)
@@ -51,26 +46,18 @@ def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
     model.observers.gain(energy, now)
 
 
-@optional
 def mobility(pair, impact, i):
     """Return ``1 / m`` and ``R^2 / I`` of component i [1 / mass]."""
-    return 1.0 / mass(pair, i), 1.0 / impact.inertia[i]
-
-
-@mobility.register
-def _mobility_of_pinned_cores(pair: PinnedCores, impact, i):
+    if not isinstance(pair, PinnedCores):
+        return 1.0 / mass(pair, i), 1.0 / impact.inertia[i]
     inverse = pair.inverse[i]
     return inverse, (1.0 / impact.inertia[i] if inverse > 0.0 else 0.0)
 
 
-@optional
 def rub_obstacle(obstacle, impact, model, state, i, now):
-    """Exchange momentum along the surfaces of an obstacle and i; by default they are smooth."""
-    return
-
-
-@rub_obstacle.register
-def _rub_obstacle_of_rough_surface(obstacle: RoughSurface, impact, model, state, i, now):
+    """Exchange momentum along the surfaces of an obstacle and i, if they are rough."""
+    if not isinstance(obstacle, RoughSurface):
+        return
     there = model.obstacles
     dimension = len(model.boundary.edges)
     momentum = 0.0

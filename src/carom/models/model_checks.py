@@ -15,7 +15,6 @@ from carom.models.files import parameters, tables
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.own.classes import kind_of
-from carom.models.questions.contact import transfer
 from carom.models.questions.interaction import interaction_time, jump, record_impulse
 from carom.models.questions.memory import copy_state, remembers, shift_epoch
 from carom.models.questions.particles import Particles
@@ -27,7 +26,7 @@ USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impac
 REQUIRED: dict[str, tuple[Any, ...]] = {
     "interaction": (interaction_time, jump),
     "motion": ("position", "velocity"),
-    "impact": (transfer,),
+    "impact": ("transfer",),
     "drive": ("next_time", "kick"),
 }
 """The questions that the model of each kind must answer."""

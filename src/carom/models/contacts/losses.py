@@ -16,8 +16,8 @@ from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.fields import PART, SPEED, Value
-from carom.models.questions import contact, memory
-from carom.models.questions.contact import transfer
+from carom.models.questions import memory
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.memory import MOMENT, kept, parameter
 from carom.models.questions.particles import Particles
 
@@ -112,8 +112,8 @@ def restitution_at(law, speed):
     return max(1.0 - (1.0 - law.restitution) * (speed / law.at_speed) ** law.power, 0.0)
 
 
-@answering(contact, memory)
-class Losing(NamedTuple):
+@answering(memory)
+class Losing(ImpactModel):
     """Contacts of two components that lose energy."""
 
     law: Law
@@ -131,7 +131,7 @@ class Losing(NamedTuple):
         soon = now - max(self.last[i], self.last[j]) < self.law.contact_time
         self.last[i] = now
         self.last[j] = now
-        part = 1.0 if soon else transfer(self, rr, rv)
+        part = 1.0 if soon else self.transfer(rr, rv)
         self.spared[0] += soon or abs(rv) < self.law.threshold * np.sqrt(rr)
         return part
 

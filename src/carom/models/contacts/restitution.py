@@ -5,17 +5,16 @@ from __future__ import annotations
 import numbers
 from copy import copy
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
 from carom.models.fields import PART, Value
-from carom.models.questions import contact
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
@@ -99,8 +98,7 @@ def as_impact(value: Any) -> Any:
     return value
 
 
-@answering(contact)
-class Inelastic(NamedTuple):
+class Inelastic(ImpactModel):
     """Contacts that lose energy."""
 
     restitution: float

@@ -13,17 +13,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
 from carom.models.fields import PART
-from carom.models.questions import contact
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.memory import ROOM, kept, parameter
 from carom.models.questions.particles import Particles
 
@@ -135,8 +134,7 @@ def spin_axes(dimension: int) -> int:
     return 1 if dimension == 2 else 3
 
 
-@answering(contact)
-class Rubbing(NamedTuple):
+class Rubbing(ImpactModel):
     """Contacts that exchange momentum along the surfaces, too."""
 
     restitution: float  # normal speed after over normal speed before a contact

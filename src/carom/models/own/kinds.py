@@ -9,13 +9,13 @@ from typing import Any
 from carom.models.drives import DriveModel
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.questions import (
-    contact,
     interaction,
     memory,
     observer,
     obstacle,
     steps,
 )
+from carom.models.questions.contact import ImpactModel
 from carom.models.questions.motion import MotionModel
 from carom.models.questions.path import PathModel
 
@@ -124,8 +124,9 @@ MOTION = Kind(
 )
 IMPACT = Kind(
     "contact law",
-    _named(contact.transfer, contact.exchanged_part, *REMEMBERED),
+    _named(ImpactModel.transfer, ImpactModel.exchanged_part, *REMEMBERED),
     ("transfer",),
+    base=ImpactModel,
     may={**OF_SCENES, "elastic": (), "adds_energy": ()},
     ghost=True,
 )

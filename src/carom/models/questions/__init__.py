@@ -1,8 +1,9 @@
 """What the engine asks of a model: every question, with its default where there is one, and no answer.
 
-A model is a ``NamedTuple`` of numbers, tuples and arrays: what the compiler sees. A question is answered for
-its type with ``@question.register``. The value that users write makes the model (:class:`Interaction`,
-:class:`Motion`, :class:`Impact`, and :class:`Obstacle` for what is fixed).
+A model is a named tuple of numbers, tuples and arrays: what the compiler sees. A question is a method of the
+base class of its kind, or a function that is answered for a type with ``@question.register``. The value that
+users write makes the model (:class:`Interaction`, :class:`Motion`, :class:`Impact`, and :class:`Obstacle` for
+what is fixed).
 
 Arrays with one item a particle have n + 1 items: the last is for a ghost, which nobody meets
 (:meth:`Particles.with_ghost`). Times and speeds are in the engine's unit of time (:meth:`Particles.speed`).

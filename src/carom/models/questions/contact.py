@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from carom.compiling.registry import optional
+from carom.compiling.registry import Questions
 from carom.models.questions.particles import Particles
 
 
@@ -19,25 +19,23 @@ class Impact(Protocol):
         """Return what the engine compiles, or None where contacts are elastic."""
 
 
-@optional
-def transfer(impact, rr, rv):
-    """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``.
+class ImpactModel(Questions):
+    """What a contact law answers."""
 
-    Parameters
-    ----------
-    impact : model or None
-        The contact law.
-    rr, rv : float
-        r.r [length^2] and r.v of the surfaces; ``rv^2 / rr`` is the normal speed squared.
-    """
-    return 1.0
+    def transfer(self, rr, rv):
+        """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``.
 
+        Parameters
+        ----------
+        rr, rv : float
+            r.r [length^2] and r.v of the surfaces; ``rv^2 / rr`` is the normal speed squared.
+        """
+        return 1.0
 
-@optional
-def exchanged_part(impact, i, j, rr, rv, now):
-    """Return :func:`transfer` for the particles i and j at the time ``now`` of the epoch.
+    def exchanged_part(self, i, j, rr, rv, now):
+        """Return :func:`transfer` for the particles i and j at the time ``now`` of the epoch.
 
-    It is for contact laws with memory, and is asked once per contact. By default it does not depend on i, j
-    and ``now``.
-    """
-    return transfer(impact, rr, rv)
+        It is for contact laws with memory, and is asked once per contact. By default it does not depend on
+        i, j and ``now``.
+        """
+        return self.transfer(rr, rv)

@@ -9,7 +9,6 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import CORE
@@ -73,7 +72,7 @@ def try_impact(
     distance = setting.size * rng.uniform(0.5, 2.0)
     speed = setting.speed * 10.0 ** rng.uniform(-6.0, 2.0)
     rr, rv = np.float64(distance * distance), np.float64(-speed * distance)
-    for part in (number_of(transfer, law, rr, rv), number_of(exchanged_part, law, i, j, rr, rv, 0.0)):
+    for part in (number_of(law.transfer, rr, rv), number_of(law.exchanged_part, i, j, rr, rv, 0.0)):
         facts = {"i": i, "j": j, "distance": distance, "normal_speed": speed, "part": part}
         record.note("part", setting.dimension, part >= 0.5 - TOLERANCE, **facts)
         if getattr(value, "elastic", False):

@@ -17,7 +17,6 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.obstacles import faces
 from carom.models.obstacles.wall_names import wall_name
-from carom.models.questions.contact import exchanged_part
 from carom.scene.fields import standing
 from carom.simulation.model_validation.events import try_drive, try_impact
 from carom.simulation.model_validation.interactions import refuse_interaction, short, shortest, unlike_pairs
@@ -160,7 +159,7 @@ def refuse_impact(value: Any, scene: Scene, system: System, setting: Setting) ->
         return
     law = copied(law)
     try:
-        number_of(exchanged_part, law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
+        number_of(law.exchanged_part, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
     except IndexError:
         raise InputError(short(law, shortest(law, n), n)) from None
     rng = np.random.default_rng(2)
