@@ -64,29 +64,38 @@ class Contacts(own.Study[ContactSpec]):
         return own.Table(Row, rows, flagged=lambda each: abs(each.deviation) > 5.0)
 
 
-def in_two_parts(task, look):
-    before = look.kept.exists()
-    sim = (
-        carom.Simulation.load(look.kept) if before else carom.Simulation(carom.Scene.crystal(32, 0.3), seed=1)
-    )
-    sim.run(time=0.5)
-    if not before:
-        sim.save(look.kept)
-        raise RuntimeError("the machine was switched off")
-    return {"g": [sim.time, 1.0]}
+@dataclass
+class InTwoParts(own.Job):
+    parts: int = 0
+
+    @classmethod
+    def begin(cls, task):
+        return cls(task, carom.Simulation(carom.Scene.crystal(32, 0.3), seed=1))
+
+    def step(self, look):
+        if self.parts and not hasattr(look, "again"):
+            raise RuntimeError("the machine was switched off")
+        self.sim.run(time=0.5)
+        self.parts += 1
+        return self.parts < 2
+
+    def result(self):
+        return {"g": [self.sim.time, 1.0]}
 
 
 @dataclass(frozen=True, repr=False)
 class Long(Contacts):
-    long = True
-    measure = staticmethod(in_two_parts)
+    measure = InTwoParts.measure
 
 
-def test_a_long_task_goes_on_where_it_kept_its_state(plain, tmp_path):
+def test_a_long_task_goes_on_where_it_kept_its_state(plain, tmp_path, monkeypatch):
+    monkeypatch.setattr("carom.studies.job.EVERY", 0.0)
+    monkeypatch.setattr("carom.studies.job.PART", 0.0)
     study = Long(ContactSpec(packing_fraction=(0.3,)))
     with pytest.warns(carom.CaromWarning, match="switched off"):
         study.run(executor="serial", out=tmp_path)
     assert len(list(tmp_path.glob("tasks/*.h5"))) == 1
+    monkeypatch.setattr(own.Look, "again", True, raising=False)
     assert study.run(executor="serial", out=tmp_path).records[0]["result"]["g"][0] == 1.0
     assert not list(tmp_path.glob("tasks/*.h5"))
 
