@@ -13,8 +13,8 @@ from matplotlib.colors import hsv_to_rgb
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Active
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, short runs")
@@ -35,7 +35,7 @@ def local(frame):
 
 # %% Two persistence lengths, below and far above the critical one, 13 diameters. Directions diffuse with
 # D_r = 3 D / diameter^2, as those of Brownian disks do.
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(10.2, 3.6), layout="constrained")
 left, middle, right = figure.subplots(1, 3)
 for length, axes, color in ((4.0, left, "C0"), (100.0, middle, "C3")):

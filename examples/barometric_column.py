@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 import carom
 from carom import theory
+from carom.figures import style
 from carom.models import Gravity
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and samples")
@@ -67,7 +67,7 @@ print(f"density compared with hydrostatics of hard disks: off by {off.mean():.2%
 
 # %% The picture.
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(6.4, 4.2), layout="constrained")
 axes = figure.subplots()
 axes.semilogy(middle, density, "o", ms=3.5, color="C0", label=f"{scene.n} disks, measured")

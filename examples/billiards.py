@@ -17,8 +17,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import carom
+from carom.drawing.particles import draw_obstacles
 from carom.models import Arc, Ball, Segment, polygon
-from carom.pictures.drawing import draw_obstacles
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a short time")

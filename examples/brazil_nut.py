@@ -13,8 +13,8 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Gravity, Loss, Plane, Sine
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, one seed, few cycles")
@@ -74,7 +74,7 @@ for seed in range(seeds):
     )
 
 # %% Height against time.
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(6.4, 4.0), layout="constrained")
 axes = figure.subplots()
 for track in heights:

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Brownian
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and samples")
@@ -48,7 +48,7 @@ for eta in fractions:
 
 # %% The picture: displacements, and coefficients beside the exact slope of thin suspensions, 1 - 2 eta.
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(8.4, 3.8), layout="constrained")
 left, right = figure.subplots(1, 2)
 for k, eta in enumerate(fractions):

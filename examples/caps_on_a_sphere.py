@@ -2,7 +2,7 @@
 
     python examples/caps_on_a_sphere.py [--smoke] [--out caps]
 
-After Section 10 of Lubachevsky (1991), "optimal spherical codes" (Smith).
+After Lubachevsky (1991), sec. 11, "optimal spherical codes" (Smith).
 """
 
 # %% Arguments: --smoke makes one try, --out is the folder of the files.

@@ -43,7 +43,7 @@ class PressureSpec(own.Spec):
         return [{**shared, "pressure": P, "start": start} for P in self.pressure for start in PHASES]
 
 
-# %% One run: half of the moves are accepted with this step; a third as many as are measured come before.
+# %% One run: moves draw the volume; a third as many as are measured come before.
 def measure(task, look):
     pressure, seed, interval = task["pressure"], task["seed"], 0.05
     n = 4 * task["cells"] ** 3
@@ -51,15 +51,13 @@ def measure(task, look):
         scene = carom.Scene.crystal(cells=task["cells"], packing_fraction=0.55)
     else:
         scene = carom.Scene.random(n, packing_fraction=0.45, seed=seed)
-    barostat = carom.Barostat(pressure, interval, step=2.0 / (n * pressure), seed=seed)
+    barostat = carom.Barostat(pressure, interval, seed=seed)
     sim = carom.Simulation(scene, barostat=barostat, seed=seed)
     sim.run(time=interval * task["moves"] / 3, progress=look)
     found = sim.measure(carom.Volume(), time=interval * task["moves"], progress=look)
-    moves = sim.statistics
     return {
         "eta": [found.packing_fraction.mean, found.packing_fraction.error],
         "P": [found.pressure.mean, found.pressure.error],
-        "accepted": moves.volume_moves_accepted / moves.volume_moves_tried,
     }
 
 
@@ -82,7 +80,6 @@ def branch(phase, n):
 class Row:
     pressure: Annotated[float, own.Column("P", "g")]
     start: Annotated[str, own.Column("start", left=True)]
-    accepted: Annotated[float, own.Column("accepted", ".2f")]
     collisional: Annotated[float, own.Column("P from collisions", own.error("collisional_error", told=True))]
     collisional_error: float
     packing_fraction: Annotated[float, own.Column("packing fraction", own.error("error", told=True))]
@@ -107,7 +104,7 @@ class ConstantPressure(own.Study[PressureSpec]):
             task, result = each["task"], each["result"]
             P = task["pressure"]
             known = [float(np.interp(P, of_eta, eta, np.nan, np.nan)) for eta, of_eta in branches]
-            rows.append(Row(P, task["start"], result["accepted"], *result["P"], *result["eta"], *known))
+            rows.append(Row(P, task["start"], *result["P"], *result["eta"], *known))
         return own.Table(Row, sorted(rows, key=lambda row: (row.start, row.pressure)))
 
 

@@ -1,4 +1,4 @@
-"""The paper's measuring run: 160 disks between rigid cushions, 52 000 events counted as in its Section 9.
+"""The paper's measuring run: 160 disks between rigid cushions, 52 000 events counted as in its sec. 10.
 
     python examples/cushions_160.py [--smoke] [--out cushions_160.png]
 

@@ -17,8 +17,8 @@ from typing import Annotated
 import numpy as np
 
 import carom
+from carom.figures import palette
 from carom.models import Andersen, Bonds, Steps, StepTable
-from carom.pictures import palette
 from carom.studies import own
 
 

@@ -2,7 +2,7 @@
 
     python examples/disks_2000.py [--smoke] [--out disks_2000]
 
-After Section 8 of Lubachevsky (1991). The whole run takes about half a minute; Ctrl-C stops it, and
+After Lubachevsky (1991), sec. 9. The whole run takes about half a minute; Ctrl-C stops it, and
 `carom resume disks_2000` goes on.
 """
 

@@ -2,7 +2,7 @@
 
     python examples/disks_27.py [--smoke] [--out disks_27.png]
 
-After Section 8 of Lubachevsky (1991), "27 disks after 100000 collisions; disk 24 is a rattler".
+After Lubachevsky (1991), sec. 9, "27 disks after 100000 collisions; disk 24 is a rattler".
 """
 
 # %% Arguments: --smoke makes fewer collisions, --out says where the picture goes.

@@ -2,7 +2,7 @@
 
     python examples/four_balls.py [--smoke] [--out four_balls.png]
 
-After Figures 4 and 5 of Lubachevsky (1991), with initial conditions of its own. Balls count from 1, as there.
+After Figures 5.2 and 5.3 of Lubachevsky (1991), with initial conditions of its own. Balls count from 1, too.
 """
 
 # %% Arguments: --smoke makes fewer cycles and a small picture, --out says where the picture goes.

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom import theory
-from carom.pictures import paper
+from carom.figures import style
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and samples")
@@ -54,7 +54,7 @@ print(
 
 # %% The picture.
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(6.4, 4.2), layout="constrained")
 axes = figure.subplots()
 axes.loglog(times, measured, "o", ms=4.0, label=f"{fluid.n} spheres")

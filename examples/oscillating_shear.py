@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Shear
 from carom.observables import ShearModuli, averages
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and short runs")
@@ -46,7 +46,7 @@ steady = carom.shear([0.1], n=n, packing_fraction=eta, strains=2 if args.smoke e
 viscosity = steady.table[0].viscosity
 print(f"viscosity of a steady shear: {viscosity:.3g}")
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(5.6, 4.0), layout="constrained")
 axes = figure.subplots()
 for k, name in enumerate((r"storage modulus $G'$", r"loss modulus $G''$")):

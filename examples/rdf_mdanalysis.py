@@ -16,7 +16,7 @@ from MDAnalysis.analysis.rdf import InterRDF
 
 import carom
 import carom.io
-from carom.pictures import paper
+from carom.figures import style
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a few particles and frames")
@@ -64,7 +64,7 @@ for name, r, g in (("spheres", rdf3.bins, rdf3.rdf), ("disks", rdf2.bins, g2)):
     assert np.all(g[r < 1.0 - width] == 0.0), "particles overlap"
     far = g[r > 0.7 * r[-1]].mean()
     print(f"{name}: g is {g.max():.3f} at its peak, r = {r[np.argmax(g)]:.3f}, and {far:.3f} far away")
-    paper.use()  # colors
+    style.use()  # colors
     plt.plot(r, g, label=name)
 plt.xlabel("r / diameter")
 plt.ylabel("g(r)")

@@ -14,8 +14,8 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Gravity, Loss, Plane, Sine
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and cycles")
@@ -91,7 +91,7 @@ middle = 0.5 * (edges[1:] + edges[:-1])
 print(f"packing fraction up to {fraction.max():.2f}; temperature {np.nanmin(kT):.2f} to {np.nanmax(kT):.2f}")
 
 # %% The picture: the bed when the floor is highest, its profiles, and its center within a cycle.
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(9.0, 4.0), layout="constrained")
 bed, profile, cycle = figure.subplots(1, 3, width_ratios=[1.15, 1.0, 1.0])
 speeds = np.linalg.norm(shown.velocities, axis=1)

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.io.events import read_events, read_initial
 from carom.models import Gravity, Loss, Plane, Sine
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few amplitudes and bounces")
@@ -80,7 +80,7 @@ for strength in (1.0, 1.1):
 # where the map of the orbit of one period has the eigenvalue -1 (Tufillaro et al., 1992).
 e = restitution
 doubling = math.hypot(math.pi * (1.0 - e) / (1.0 + e), 2.0 * (1.0 + e * e) / (1.0 + e) ** 2)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(6.4, 4.2), layout="constrained")
 axes = figure.subplots()
 for strength in np.linspace(0.95, 1.25, count):

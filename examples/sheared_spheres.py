@@ -10,8 +10,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import carom
+from carom.figures import style
 from carom.models import Restitution, Rough, Shear
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and short runs")
@@ -38,7 +38,7 @@ for name, law in laws.items():
 
 # %% The picture.
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(8.4, 3.8), layout="constrained")
 left, right = figure.subplots(1, 2)
 for k, (name, found) in enumerate(results.items()):

@@ -18,8 +18,8 @@ import numpy as np
 from matplotlib.collections import EllipseCollection
 
 import carom
+from carom.figures import style
 from carom.models import Bonds, SquareWell, chains
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few events, a small picture")
@@ -62,7 +62,7 @@ string.run(collisions_per_particle=20 * LONG)
 print(f"a chain of {length}: {string.collisions} events, energy kept to {string.statistics.energy_drift:.1g}")
 
 # %% The picture.
-paper.use()  # colors
+style.use()  # colors
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.7))
 left.plot(gr.r, gr.g, color="0.4", lw=1)
 for side in (core, well):

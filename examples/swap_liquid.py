@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
-from carom.pictures import paper
+from carom.figures import style
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres, too thin for a gain, for a short time")
@@ -49,7 +49,7 @@ for name, chosen in {"without swaps": None, "with swaps": swaps}.items():
 
 # %% The picture: the motion alone is stuck in cages.
 args.out.mkdir(parents=True, exist_ok=True)
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(8.4, 3.8), layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=[1, 2])
 left.hist(sizes, bins=20, color="0.6")

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 import carom
 from carom import theory
+from carom.figures import style
 from carom.observables import Dynamics
-from carom.pictures import paper
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and collisions")
@@ -39,7 +39,7 @@ diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
 tail = theory.velocity_tail(0.5, diffusion, enskog.shear_viscosity, 3)
 
 # %% Left: what Enskog's theory leaves out. Right: the tail, as mode coupling has it, without a fit.
-paper.use()  # colors
+style.use()  # colors
 figure = Figure(figsize=(9.6, 4.2), layout="constrained")
 left, right = figure.subplots(1, 2)
 rows = study.points

@@ -2,7 +2,7 @@
 
     python examples/two_armies.py [--smoke] [--out two_armies.png]
 
-Range rules, after Wieland's models of combat (Lubachevsky's article, sec. 10). The same run shows what
+Range rules, after Wieland's models of combat (Lubachevsky's article, sec. 11). The same run shows what
 looking at every time step would have missed.
 """
 
@@ -20,9 +20,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import carom
+from carom.figures import style
 from carom.io.events import read_events, read_initial
 from carom.models import LEFT, TIMER, Kind, Ranges, draw
-from carom.pictures import paper
 from carom.simulation.replay import Replay
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -144,7 +144,7 @@ for k, dt in enumerate(looks):
     print(f"{dt:5.2f}  {missed[0, k]:12.4f} {late[0, k]:10.3f} {missed[1, k]:14.4f} {late[1, k]:10.3f}")
 
 # %% The picture.
-paper.use()  # colors
+style.use()  # colors
 figure, axes = plt.subplots(2, 3, figsize=(9.5, 6.2))
 for ax, (time, x, units) in zip(axes.flat, shown, strict=False):
     for kind, (color, marker) in enumerate([("C3", "o"), ("C0", "o"), ("C3", "<"), ("C0", ">")]):

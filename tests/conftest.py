@@ -1,10 +1,12 @@
 """Settings of the whole test session."""
 
+import functools
 import os
 import signal
 from collections import Counter
 
 import pytest
+import typer.testing
 from helpers import apart
 from helpers.limits import SLOW_LIMIT, Limits
 from helpers.marks import slow
@@ -15,6 +17,10 @@ from hypothesis import settings
 # The same examples in every run: a failure on one machine is a failure on all. Times vary with compilation.
 settings.register_profile("carom", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("carom")
+
+
+# To make all commands of an application takes longer than most of what they are typed for here.
+typer.testing._get_command = functools.cache(typer.testing._get_command)
 
 
 def pytest_configure(config):

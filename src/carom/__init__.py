@@ -47,14 +47,14 @@ if TYPE_CHECKING:
     from carom.pictures.live import Live as Live
     from carom.pictures.movie import movie as movie
     from carom.pictures.view import view as view
-    from carom.scene.scene import Scene as Scene
     from carom.scene.species import Species as Species
     from carom.simulation.callbacks import hit as hit
     from carom.simulation.files.csv_log import CSVLog as CSVLog
+    from carom.simulation.model_validation.check import check as check
     from carom.simulation.moves.barostat import Barostat as Barostat
+    from carom.simulation.moves.growth import Scene as Scene
     from carom.simulation.moves.swaps import Swaps as Swaps
     from carom.simulation.simulation import Simulation as Simulation, Statistics as Statistics
-    from carom.simulation.trials.check import check as check
     from carom.simulation.tuning import Tuning as Tuning
     from carom.studies.codes.study import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
@@ -72,7 +72,7 @@ if TYPE_CHECKING:
 _LAZY = {
     name: home
     for home, names in {
-        "carom.scene.scene": "Scene",
+        "carom.simulation.moves.growth": "Scene",
         "carom.scene.species": "Species",
         "carom.simulation.simulation": "Simulation Statistics",
         "carom.simulation.tuning": "Tuning",
@@ -95,7 +95,7 @@ _LAZY = {
         "carom.observables.density_profile": "DensityProfile",
         "carom.observables.flights": "FreeFlights",
         "carom.observables.statistics": "Estimate",
-        "carom.simulation.trials.check": "check",
+        "carom.simulation.model_validation.check": "check",
         "carom.studies.runs.execution": "run",
         "carom.studies.packings.pack": "pack",
         "carom.studies.packings.study": "packings",

@@ -47,6 +47,14 @@ def power(x: np.ndarray, exponent: int) -> np.ndarray:
     return result
 
 
+def root(x: float, degree: int) -> float:
+    """Return the root of a positive number, by Newton's steps down from above."""
+    y, before = max(x, 1.0), math.inf
+    while y < before:
+        before, y = y, y - (y - x / float(power(np.array(y), degree - 1))) / degree
+    return before
+
+
 def exponential(x: np.ndarray) -> np.ndarray:
     """Return exp(x), to a unit in the last place."""
     twos = np.rint(x * (1.0 / math.log(2.0)))

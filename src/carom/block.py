@@ -53,10 +53,10 @@ class Block(NamedTuple):
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     momentum_changes : tuple of float
         Change of the weighted momentum of the particles that belongs to each wall and obstacle [mass length
-        / time] (see ``carom.observables.momentum_balance``). Empty if it was not measured.
+        / time] (see ``carom.observables.analysis.momentum_balance``). Empty if it was not measured.
     surface_changes : tuple of float
         Changes of two sums for each obstacle that no such momentum belongs to [mass length / time] (see
-        ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
+        ``carom.observables.analysis.surface_changes``). Empty if there is none, or if they were not measured.
     works : tuple of float
         Energy that each wall and obstacle gave to particles [energy]. Known of the stretches of
         :func:`carom.run`, else empty.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.configuration import Configuration
 from carom.table import in_html
 from carom.texts import axis_name, span, visible
 
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Frame:
+class Frame(Configuration):
     """All particles at one time: in the paper's words, a global state.
 
     Parameters
@@ -61,54 +60,6 @@ class Frame:
     (64, 0.0, (64, 2))
     """
 
-    time: float
-    step: int
-    positions: np.ndarray
-    velocities: np.ndarray
-    box: Any  # given as any sequence of edges, kept as an array
-    diameters: np.ndarray
-    masses: np.ndarray
-    images: np.ndarray | None = None
-    species: np.ndarray | None = None
-    species_names: tuple[str, ...] = ()
-    periodic: tuple[bool, ...] = ()
-    spins: np.ndarray | None = None
-    tilt: float | None = None
-    lacks: frozenset[str] = frozenset()
-
-    def __post_init__(self) -> None:
-        box = np.array(self.box, dtype=np.float64)
-        box.setflags(write=False)
-        object.__setattr__(self, "box", box)
-        if not self.periodic:
-            object.__setattr__(self, "periodic", (True,) * len(self.box))
-
-    @property
-    def n(self) -> int:
-        """Number of particles."""
-        return self.positions.shape[0]
-
-    @property
-    def dimension(self) -> int:
-        """Number of dimensions, d."""
-        return self.positions.shape[1]
-
-    @property
-    def unwrapped(self) -> np.ndarray:
-        """Positions (n, d) without wrapping: ``positions + images * box``.
-
-        Raises
-        ------
-        ValueError
-            If this frame holds no images.
-        """
-        if self.images is None:
-            raise ValueError("This frame holds no image counts; sample with carom.Tuning(images=True).")
-        moved = self.positions + self.images * self.box
-        if self.tilt:
-            moved[:, 0] += self.tilt * self.images[:, 1] * self.box[1]
-        return moved
-
     def __repr__(self) -> str:
         return f"Frame({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
 
@@ -142,7 +93,7 @@ class Frame:
         return facts
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded
+        from carom.drawing.page import embedded
 
         return embedded(self) or in_html("Frame", self._facts().items())
 
@@ -160,7 +111,7 @@ class Frame:
         InputError
             If freud is not installed, or the frame has neither two nor three dimensions.
         """
-        from carom.bridges.memory import to_freud
+        from carom.bridges.converters import to_freud
 
         return to_freud(self)
 
@@ -172,7 +123,7 @@ class Frame:
         InputError
             If OVITO is not installed, or the frame has more than three dimensions.
         """
-        from carom.bridges.memory import to_ovito
+        from carom.bridges.converters import to_ovito
 
         return to_ovito(self)
 
@@ -184,7 +135,7 @@ class Frame:
         InputError
             If pandas is not installed.
         """
-        from carom.bridges.memory import to_pandas
+        from carom.bridges.converters import to_pandas
 
         return to_pandas(self)
 
@@ -196,6 +147,6 @@ class Frame:
         InputError
             If xarray is not installed.
         """
-        from carom.bridges.memory import to_xarray
+        from carom.bridges.converters import to_xarray
 
         return to_xarray([self]).isel(time=0)

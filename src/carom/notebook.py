@@ -1,4 +1,4 @@
-"""The viewer and progress bars in notebooks; on a terminal, bars are on standard error."""
+"""Progress bars in notebooks; on a terminal, bars are on standard error."""
 
 from __future__ import annotations
 
@@ -20,20 +20,6 @@ STEP = 0.005
 
 LEAST = 0.005
 """Fraction of the work from which a bar shows a percentage. Before, it moves to and fro."""
-
-LARGEST = 300_000
-"""Most positions of spheres, 12 bytes each, of a frame or trajectory that shows itself in a notebook."""
-
-
-def embedded(frames: Any) -> str | None:
-    """Return the viewer of a Frame or of several; None if they are too large for a cell, or not shown."""
-    several = [frames] if hasattr(frames, "positions") else frames
-    if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
-        return None
-    from carom.pictures.view import view
-
-    page: str = view(frames)._repr_html_()
-    return page
 
 
 def advance(bar: RichProgress, fraction: float | None, description: str) -> None:

@@ -22,12 +22,14 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
+from carom.figures import style
 from carom.paths import replacing, writing
 from carom.table import cell, csv_of, in_html
-from carom.texts import visible
+from carom.texts import label, visible
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 PICTURES = (".png", ".pdf", ".svg")
@@ -210,9 +212,21 @@ class Result:
         FileError
             If the picture cannot be saved.
         """
-        from carom.pictures.results import draw
+        return self._picture(path)
 
-        return draw(self, path)
+    def _picture(self, path: str | os.PathLike[str] | None, **given: Any) -> Figure:
+        """Return the picture, with what else is ``given``: the contact value by a pressure, equations."""
+        figure, axes = style.sheet(7.0, 4.2)
+        self._draw_into(axes, **given)
+        return style.finished(figure, axes, self._heading(), path)
+
+    def _draw_into(self, axes: Axes) -> None:
+        """Draw the result into a pair of axes."""
+        raise InputError(f"There is no picture of a {type(self).__name__}; to_dataframe() gives a table.")
+
+    def _heading(self) -> str:
+        """Return the title of the picture."""
+        return label(self._rows()[0])
 
 
 class Binned(Result):
@@ -241,9 +255,6 @@ def from_dict(values: Mapping[str, Any]) -> Any:
         If its kind is not known, or a number is missing.
     """
     name = str(values.get("kind"))
-    if name not in KINDS:
-        import carom.observables
-        import carom.studies.saved  # noqa: F401 (they name every kind)
     if name not in KINDS:
         raise InputError(f"No kind of result is called {values.get('kind')!r}.")
     kind = KINDS[name]

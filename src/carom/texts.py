@@ -67,6 +67,12 @@ def with_article(name: str) -> str:
     return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
+def particles(dimension: int, number: int = 2) -> str:
+    """Return the word for `number` particles: "rods", "disk", "spheres in 4D"."""
+    name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
+    return f"{name} in {dimension}D" if dimension > 3 else name
+
+
 def axis_name(axis: int) -> str:
     """Return the name of an axis: x, y, z, and axis3 from the fourth on."""
     return "xyz"[axis] if axis < 3 else f"axis{axis}"

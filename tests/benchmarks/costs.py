@@ -13,6 +13,7 @@
     python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
     python tests/benchmarks/costs.py observables  what a frame costs each observable, in collisions
     python tests/benchmarks/costs.py counted    currents and free flights beside the plain scene, in turn
+    python tests/benchmarks/costs.py volumes    what a move of the volume costs, and how far it goes
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -21,6 +22,7 @@ Rates are million pair collisions per second of CPU time; only ratios within one
 import argparse
 import contextlib
 import itertools
+import math
 import os
 import subprocess
 import sys
@@ -52,6 +54,7 @@ from carom.studies.eos.spec import StudySpec
 from carom.studies.scenes import scene_spec
 from carom.studies.start import start as begin
 from carom.studies.study import perform
+from carom.theory import pieprzyk
 
 BARE = carom.Tuning(images=False)
 
@@ -533,6 +536,33 @@ def tasks(given: argparse.Namespace) -> None:
         print(f"| {eta} | {found[1]:.3f} | {placing:.3f} | {found[1] - found[0]:.3f} |", flush=True)
 
 
+def volumes(given: argparse.Namespace) -> None:
+    """Print what a move of the volume costs, in collisions of each particle, and its mean square."""
+    print("| N | step | collisions of each | mean square change of ln V |\n|---|---|---|---|", flush=True)
+    eta, interval = 0.45, 0.05
+    pressure = float(pieprzyk(eta)) * eta * 6.0 / math.pi
+    for n in (32, 108, 256, 1000):
+        scene = carom.Scene.random(n, eta, seed=1)
+        plain = carom.Simulation(scene, seed=1)
+        plain.run(collisions_per_particle=200)
+        speed = rate(plain, 200 * n, repeats=3) * 1e6
+        for step in (None, 0.7 / n):
+            sim = carom.Simulation(scene, seed=1, barostat=carom.Barostat(pressure, interval, step))
+            sim.run(time=200 * interval)
+            sizes, costs = [sim.scene.volume], []
+            for _ in range(400):
+                began = time.process_time()
+                block = sim.run(time=interval)
+                costs.append(time.process_time() - began - block.collisions / speed)
+                sizes.append(sim.scene.volume)
+            each = 2.0 * float(np.median(costs)) * speed / n
+            square = float(np.mean(np.diff(np.log(sizes)) ** 2))
+            print(
+                f"| {n} | {'drawn' if step is None else f'{step:.2g}'} | {each:.0f} | {square:.2g} |",
+                flush=True,
+            )
+
+
 def main() -> None:
     """Print a table."""
     tables = {
@@ -541,7 +571,7 @@ def main() -> None:
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
         "precision": precision, "wells": wells, "ranges": ranges,
         "observables": observables, "counted": counted,
-        "sphere": sphere,
+        "sphere": sphere, "volumes": volumes,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -17,21 +17,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads that wait for each
 import numpy as np
 
 from carom import Scene
+from carom.geometry.neighbors import nearest
+from carom.geometry.overlaps import Geometry
 from carom.observables.bond_order import NEAREST
-from carom.observables.neighbors import nearest
-from carom.scene.overlaps import Room
 
 PACKING = {1: 0.5, 2: 0.65, 3: 0.45, 4: 0.2}
 
 
-def by_tree(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+def by_tree(room: Geometry, places: np.ndarray, count: int) -> np.ndarray:
     """Return the same by SciPy's k-d tree."""
     from scipy.spatial import cKDTree
 
     return cKDTree(places, boxsize=room.box).query(places, k=count + 1)[1][:, 1:]
 
 
-def by_freud(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+def by_freud(room: Geometry, places: np.ndarray, count: int) -> np.ndarray:
     """Return the same by freud, in single precision."""
     import freud
 
@@ -57,7 +57,7 @@ def main() -> None:
         for n in given.sizes:
             count = NEAREST.get(d, 2)
             scene = Scene.random(n, dimension=d, packing_fraction=PACKING[d])
-            room = Room(np.array(scene.box), np.ones(d, bool))
+            room = Geometry(np.array(scene.box), np.ones(d, bool))
             places = room.wrapped(scene.positions)
             ways: dict[str, Any] = {"carom": nearest, "tree": by_tree}
             if d in (2, 3):

@@ -8,7 +8,7 @@ import argparse
 import time
 
 import carom
-from carom.scene import overlaps
+from carom.geometry import overlaps
 
 
 def main():

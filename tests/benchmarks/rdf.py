@@ -12,7 +12,7 @@ import numpy as np
 
 from carom import Scene
 from carom.cells import Grid, SortedCells
-from carom.observables.pair_counts import distance_counts
+from carom.observables.analysis.pair_counts import distance_counts
 
 
 def carom_counts(positions, box, edges, threads=1):

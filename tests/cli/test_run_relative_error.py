@@ -10,7 +10,7 @@ from helpers.commands import PLAN, assert_same_run, carom as command
 import carom
 from carom.compiling import entry
 from carom.errors import InputError
-from carom.observables.precision import FLOOR
+from carom.observables.analysis.precision import FLOOR
 from carom.scene_file.scene_file import RunSpec, SceneFile
 
 PRECISE = PLAN.format(equilibration=50, measured=0, frames=20).replace(

@@ -22,11 +22,11 @@ from typer.testing import CliRunner
 from carom.cli import app, heartbeat, results, screen
 from carom.cli.trouble import friendly
 from carom.errors import CaromWarning
+from carom.figures.palette import SERIES
+from carom.figures.style import shade
 from carom.notebook import advance
 from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
-from carom.pictures.palette import SERIES
-from carom.pictures.paper import shade
 from carom.studies.coefficients.study import Row
 from carom.studies.eos import table as eos
 from carom.studies.eos.study import composition

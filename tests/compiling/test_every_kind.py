@@ -1,9 +1,11 @@
 """Every kind of scene, and every observable of events, is in the language that is compiled."""
 
+import llvmlite.binding as llvm
 import pytest
 from helpers import checkpoints
 
 import carom
+from carom.compiling import machine
 from carom.compiling.entry import Translated
 from carom.engine import cycle
 from carom.models import Gravity
@@ -12,10 +14,13 @@ from carom.simulation import run_loop
 
 
 def translated(engine):
-    """Translate both entry points of a run for an engine."""
+    """Return the texts of both entry points of a run for an engine."""
+    texts = []
     for function, last in ((cycle.schedule, (0, 1)), (cycle.run, (0, 0.0, 1, 1))):
         plain = getattr(function, "__wrapped__", function)
-        assert "define" in Translated(plain, (*engine, *last), "tried").text
+        texts.append(Translated(plain, (*engine, *last), "tried").text)
+        assert "define" in texts[-1]
+    return texts
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -24,6 +29,31 @@ def test_a_kind_of_scene_is_in_the_language(name):
     scene, settings = checkpoints.SCENES[name]()
     with carom.Simulation(scene, seed=1, **settings) as sim:
         translated(sim._state.engine)
+
+
+ELSEWHERE = {
+    "aarch64-unknown-linux-gnu": b"\x7fELF",
+    "arm64-apple-darwin23.0.0": b"\xcf\xfa\xed\xfe",
+    "x86_64-apple-darwin23.0.0": b"\xcf\xfa\xed\xfe",
+    "x86_64-pc-windows-msvc": b"\x64\x86",
+}
+"""Triples of machines that the tests do not run on, and how their files of machine code begin."""
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("triple", ELSEWHERE)
+def test_machine_code_is_made_for_other_processors_and_systems(triple, monkeypatch):
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    target = llvm.Target.from_triple(triple).create_target_machine(
+        opt=machine.LEVEL, reloc="default", codemodel="jitdefault", jit=True
+    )
+    monkeypatch.setattr(machine, "_machine", lambda: (target, None))
+    monkeypatch.setattr(llvm, "get_process_triple", lambda: triple)
+    sim = carom.Simulation(carom.Scene.random(16, 0.2, 2, seed=1), seed=1)
+    code = machine.machine_code(translated(sim._state.engine)[1])
+    assert code.startswith(ELSEWHERE[triple])
+    assert b"tried" in code
 
 
 OBSERVED = {

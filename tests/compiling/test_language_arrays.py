@@ -333,3 +333,18 @@ def summed(count, x):
 def test_a_function_that_is_called_in_a_loop_may_make_an_array():
     """Models are asked in loops of the engine: what they made was refused."""
     assert_twins(summed, 5, 1.5)
+
+
+def first_and_length(x):
+    return x[0], len(x)
+
+
+def test_an_array_in_the_place_of_one_that_is_gone_is_another():
+    """What is noted of an array ends with it: NumPy gives its successors the same addresses in turn."""
+    function, places = compiled(first_and_length), set()
+    for k in range(200):
+        values = np.full(1 + k % 7, float(k))
+        places.add(id(values))
+        assert function(values) == (float(k), 1 + k % 7)
+        del values
+    assert len(places) < 200

@@ -497,7 +497,7 @@ def test_a_graze_within_ulps_is_a_touch_or_a_miss_and_changes_nothing_else(count
 
 
 def figure_six():
-    """The paper's Figure 6: two balls meet a third at the same time, mirror symmetrically."""
+    """The paper's Figure 7.1: two balls meet a third at the same time, mirror symmetrically."""
     aside, above = 0.75, 0.6614378277661477 + 1.5
     positions = [[5.0 - aside, 5.0 + above], [5.0, 5.0], [5.0 + aside, 5.0 + above]]
     velocities = [[0.0, -1.0], [0.0, 0.25], [0.0, -1.0]]

@@ -108,7 +108,7 @@ def all_meetings(sim):
 
 
 def check_invariants(sim):
-    """The paper's (6) to (9) on the live arrays: past before future, mutual partners, nobody overlooked."""
+    """The paper's (13) to (16) on the live arrays: past before future, mutual partners, nobody overlooked."""
     state, n = sim._state.engine.state, sim.scene.n
     rows = state.rows[:n]
     now = float(state.clock[0].now)
@@ -118,16 +118,16 @@ def check_invariants(sim):
         if isinstance(sim._state.engine.model.boundary, SectorImage)
         else 0
     )
-    assert rows["t"].max() <= now  # (6)
+    assert rows["t"].max() <= now  # (13)
     assert now <= min(event_time.min(), leave.min())
     assert state.rows[n]["event_time"] == -np.inf
     mates = np.where(partner >= 0, partner >> bits, -1)
-    for i in range(n):  # (8)
+    for i in range(n):  # (15)
         assert mates[i] != i
         if mates[i] >= 0:
             assert mates[mates[i]] == i
             assert event_time[mates[i]] == event_time[i]
-    # (7) Nobody has an event later than a meeting for which the other is free, except one that lies beyond
+    # (14) Nobody has an event later than a meeting for which the other is free, except one that lies beyond
     # the leaving of a sector by either: that is looked at then. Times are compared up to rounding.
     meeting = now + all_meetings(sim)
     slack = 1e-9 * sim._state.epoch_length

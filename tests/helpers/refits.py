@@ -352,15 +352,20 @@ def duration(name, s, hot):
     return (2.0 * STEP if hot else 4.0 * STEP if often else 0.5) / s
 
 
-def loaded(sim, path):
-    """Save and load it, with the values that no file holds."""
-    sim.save(path)
-    values = {name: getattr(sim.scene, name) for name in ("interaction", "impact", "motion", "drive")}
+def unsaved(scene):
+    """Values of a scene that no file holds."""
+    values = {name: getattr(scene, name) for name in ("interaction", "impact", "motion", "drive")}
     mine = {name: each for name, each in values.items() if type(each).__module__ == __name__}
     if isinstance(values["interaction"], Ranges):
         mine["interaction"] = values["interaction"]
+    return {"obstacles": scene.obstacles, **mine}
+
+
+def loaded(sim, path):
+    """Save and load it, with the values that no file holds."""
+    sim.save(path)
     observers = [Sums()] if sim.observers else ()
-    again = carom.Simulation.load(path, obstacles=sim.scene.obstacles, observers=observers, **mine)
+    again = carom.Simulation.load(path, observers=observers, **unsaved(sim.scene))
     for one, other in ((sim, again), (sim._state, again._state), (sim._state.clock, again._state.clock)):
         for name in ("collisions", "time", "counted", "instant", "base", "epoch", "offset", "length"):
             assert getattr(one, name, None) == getattr(other, name, None), name

@@ -11,7 +11,7 @@ from helpers.events import INITIAL, assert_events, assert_identical, cut, make_e
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from carom.errors import FileError, InputError
-from carom.io import checkpoint, packed
+from carom.io import array_compression, checkpoint
 from carom.io.events import EventLog, read_events, read_initial
 
 FIXTURE = settings(
@@ -146,7 +146,7 @@ def test_truncated_foreign_newer_missing_and_folder_are_file_errors(tmp_path):
 @pytest.mark.parametrize("shape", [(), (0,), (1,), (3000,), (40, 0, 3), (7, 11, 13)])
 def test_a_packed_array_comes_back_bit_for_bit(kind, shape):
     array = (np.random.default_rng(1).normal(size=shape) * 100.0).astype(kind)
-    found = packed.unpack(packed.pack(array), array.dtype, array.shape)
+    found = array_compression.unpack(array_compression.pack(array), array.dtype, array.shape)
     assert (found.dtype, found.shape) == (array.dtype, array.shape)
     assert found.tobytes() == array.tobytes()
     found[...] = 0  # it can be written to
@@ -154,28 +154,28 @@ def test_a_packed_array_comes_back_bit_for_bit(kind, shape):
 
 def test_packed_bytes_of_another_array_are_refused_and_none_is_unpacked_for_ever():
     """A thousand bytes hold a million zeros at most, so that a shape of 10^12 asks for no memory."""
-    zeros = packed.pack(np.zeros(10**6, np.uint8))
+    zeros = array_compression.pack(np.zeros(10**6, np.uint8))
     for shape in ((10**6 - 1,), (10**6 + 1,), (10**12,), (-1,), (), (10**30,)):
         with pytest.raises(ValueError, match=r"come out|cannot have the shape"):
-            packed.unpack(zeros, np.dtype(np.uint8), shape)
+            array_compression.unpack(zeros, np.dtype(np.uint8), shape)
     for content in (zeros[:-1], b"", b"hello"):
         with pytest.raises(ValueError, match=r"come out|cannot be unpacked"):
-            packed.unpack(content, np.dtype(np.uint8), (10**6,))
+            array_compression.unpack(content, np.dtype(np.uint8), (10**6,))
 
 
 def test_what_numbers_take_packed_is_known_from_a_sample():
     """Of 32 binary digits 20 are random and remain; zeros take nothing; coordinates stay as they are."""
     dice = np.random.default_rng(1)
     neighbors = dice.integers(0, 2**20, 300_000, dtype=np.uint32)
-    assert packed.expected(neighbors) == pytest.approx(300_000 * 20 / 8, rel=1e-2)
-    assert len(packed.pack(neighbors)) == pytest.approx(300_000 * 20 / 8, rel=0.05)
-    assert packed.expected(np.zeros((300_000, 3), np.int32)) == 0.0
+    assert array_compression.expected(neighbors) == pytest.approx(300_000 * 20 / 8, rel=1e-2)
+    assert len(array_compression.pack(neighbors)) == pytest.approx(300_000 * 20 / 8, rel=0.05)
+    assert array_compression.expected(np.zeros((300_000, 3), np.int32)) == 0.0
     coordinates = dice.uniform(size=(100_000, 3))
-    assert packed.expected(coordinates) == coordinates.nbytes
+    assert array_compression.expected(coordinates) == coordinates.nbytes
     # With an even step only one of the columns would be seen.
     rows = np.zeros((100_000, 2), np.uint32)
     rows[:, 1] = dice.integers(0, 2**32, 100_000)
-    assert packed.expected(rows) > 0.5 * rows.nbytes
+    assert array_compression.expected(rows) > 0.5 * rows.nbytes
 
 
 @FIXTURE

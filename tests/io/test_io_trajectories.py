@@ -103,12 +103,6 @@ def test_gsd_without_its_package_is_an_input_error(tmp_path, monkeypatch):
         carom.io.open(tmp_path / "a.gsd", "w")
 
 
-@pytest.mark.parametrize("suffix", [".extxyz", ".gsd"])
-def test_four_dimensions_need_h5md(tmp_path, suffix):
-    with pytest.raises(InputError, match=r"at most 3 dimensions.*h5md"):
-        write(tmp_path / f"a{suffix}", make_frames(4))
-
-
 @pytest.mark.parametrize("source", SUFFIXES)
 @pytest.mark.parametrize("target", SUFFIXES)
 def test_convert_between_all_formats(tmp_path, source, target):

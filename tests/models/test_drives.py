@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from helpers.estimates import agrees
-from helpers.goes_on import assert_goes_on, same
+from helpers.goes_on import same
 from helpers.mixtures import mixture
 
 import carom
@@ -244,16 +244,6 @@ def test_frames_and_stretches_change_no_bit():
     plain.run(collisions=1)
     sampled.run(collisions=plain.collisions - sampled.collisions)
     assert same(plain, sampled)
-
-
-@pytest.mark.usefixtures("both_ways")
-@pytest.mark.parametrize("drive", [Andersen(1.0, rate=2.0, seed=3), Brownian(2.0, step=0.2), OneWay(3.0)])
-def test_a_driven_run_goes_on_from_a_checkpoint_and_from_its_log(drive, tmp_path):
-    scene = carom.Scene.random(16, 0.2, 2, seed=1, drive=drive)
-    given = {"drive": drive} if isinstance(drive, OneWay) else {}
-    whole, again = assert_goes_on(scene, tmp_path, 60, **given)
-    for one, other in zip(whole.drive, again.drive, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from helpers import bed as beds
-from helpers.goes_on import assert_goes_on
 from helpers.naive.falling import Floor, fall
 from helpers.round_things import around_a_ball
 
@@ -98,12 +97,6 @@ def test_contacts_are_spared_by_the_time_since_the_last_one_in_every_epoch(tmp_p
             last[i] = last[j] = time
     assert log.epoch[-1] == 2
     assert found == expected > 0
-
-
-@pytest.mark.usefixtures("both_ways")
-def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
-    whole, _ = assert_goes_on(bed(0.8, n=12), tmp_path, 45)
-    assert whole.obstacles[2].hits > 10
 
 
 @pytest.mark.usefixtures("plain")

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.naive.oracle import Oracle
 
@@ -126,14 +125,6 @@ def test_velocities_that_are_drawn_are_of_those_that_move_only():
     assert (v[15:] ** 2).sum() == pytest.approx(2.0 * 2 * 25, rel=1e-12)
     assert sim.degrees_of_freedom == 50
     assert sim.kT == pytest.approx(2.0, rel=1e-12)
-
-
-@pytest.mark.usefixtures("both_ways")
-@pytest.mark.parametrize("impact", [None, 0.8])
-def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path, impact):
-    whole, again = assert_goes_on(porous(impact=impact), tmp_path, 120)
-    assert (again.scene.pinned == whole.scene.pinned).all()
-    assert (again.pinned_impulse == whole.pinned_impulse).all()
 
 
 @pytest.mark.usefixtures("plain")

@@ -14,10 +14,10 @@ from helpers.naive.rules import NaiveRules
 from helpers.plain import uncompiled
 
 import carom
-from carom.bridges.palette import FACES, rgb
 from carom.compiling.entry import Translated
 from carom.compiling.faults import Untranslatable
 from carom.errors import InputError
+from carom.figures.palette import FACES, rgb
 from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata

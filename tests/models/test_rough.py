@@ -5,7 +5,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 
 import carom
@@ -275,11 +274,6 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
     assert not frame.spins[:10].any()
     assert frame.spins[10:].all()
     assert sim.statistics.energy_drift < 1e-13
-
-
-@pytest.mark.usefixtures("both_ways")
-def test_a_run_goes_on_from_a_checkpoint_and_from_its_log_with_its_spins(tmp_path):
-    assert_goes_on(gas(2, n=60, restitution=0.9, tangential=0.5, friction=0.3), tmp_path, 120)
 
 
 @pytest.mark.usefixtures("plain")

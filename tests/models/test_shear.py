@@ -8,7 +8,6 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.neighbors import lists_of
 from helpers.sheared import Naive
@@ -19,11 +18,11 @@ from carom.engine.neighbors import grid
 from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
+from carom.geometry.overlaps import Geometry
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN, Sheared, start_tilt
 from carom.observables.packing import packing_network
-from carom.scene.overlaps import Room
 from carom.simulation.measuring.readings import momentum_flux
 
 
@@ -331,12 +330,6 @@ def test_time_runs_backwards():
     assert np.abs(distance).max() < 1e-6
 
 
-@pytest.mark.usefixtures("both_ways")
-def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
-    whole, again = assert_goes_on(gas(3, 30), tmp_path, 60)
-    assert flux(again).tobytes() == flux(whole).tobytes()
-
-
 @pytest.mark.usefixtures("plain")
 def test_unwrapped_paths_are_continuous():
     sim = carom.Simulation(gas(2, 20, 0.05), seed=1)
@@ -378,7 +371,7 @@ def test_uniform_shear_of_inelastic_spheres_has_the_published_rate():
 def test_distances_in_a_tilted_cell_are_those_of_the_nearest_image():
     rng = np.random.default_rng(2)
     box, tilt = np.array([6.0, 5.0, 4.0]), 0.55
-    room = Room(box, np.ones(3, bool), (), tilt)
+    room = Geometry(box, np.ones(3, bool), (), tilt)
     places = room.wrapped(rng.uniform(-9.0, 9.0, (60, 3)))
     pairs = np.stack(np.triu_indices(60, 1), axis=1)
     cell = np.diag(box)

@@ -9,9 +9,9 @@ from helpers.sheared import NaiveSteps
 
 import carom
 from carom.engine.pair_steps import read_steps
+from carom.geometry.overlaps import Geometry
 from carom.models import Andersen, Bonds, Shear, SquareWell, Steps, StepTable, chains
 from carom.models.motions.shear import start_tilt
-from carom.scene.overlaps import Room
 from carom.simulation.measuring.readings import momentum_flux
 from carom.simulation.replay import Replay
 
@@ -32,7 +32,7 @@ def all_pairs(sim):
     """Return all pairs, and the step on which each is by its entry in the lists, and by its distance."""
     frame, interaction = sim.frame(), sim.scene.interaction
     pairs = np.stack(np.triu_indices(frame.n, 1), axis=1)
-    room = Room(np.array(frame.box), np.ones(frame.dimension, bool), tilt=frame.tilt or 0.0)
+    room = Geometry(np.array(frame.box), np.ones(frame.dimension, bool), tilt=frame.tilt or 0.0)
     by_distance = interaction.steps_of(
         pairs, room.distances(frame.positions, pairs), sim.scene.species, sim.scene.diameter
     )

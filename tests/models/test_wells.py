@@ -17,12 +17,12 @@ import carom
 from carom import cli
 from carom.engine.pair_steps import read_steps
 from carom.errors import InputError, OverlapError
+from carom.geometry.overlaps import Geometry
 from carom.io.events import read_events
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
 from carom.models.files.tables import from_table
 from carom.observables.steps import StepSums, heat_capacity
-from carom.scene.first_steps import first_steps
-from carom.scene.overlaps import Room
+from carom.scene.fields import first_steps
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.explanation import explain
 
@@ -107,7 +107,7 @@ def fluid(kT=1.5, cells=3, density=0.4, **settings):
 
 def inside(sim, end=1.5):
     """Pairs that are inside by their distances: certainly, and all that may be, as the pair of the moment."""
-    room = Room(np.asarray(sim.scene.box), np.asarray(sim.scene.periodic))
+    room = Geometry(np.asarray(sim.scene.box), np.asarray(sim.scene.periodic))
     pairs = room.near(sim.frame().positions, end + 1e-9)
     distances = room.distances(sim.frame().positions, pairs)
     return tuple(

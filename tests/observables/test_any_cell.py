@@ -8,8 +8,8 @@ import pytest
 from scipy.special import eval_chebyt, eval_legendre
 
 import carom
+from carom.drawing.page import psi_6
 from carom.observables import BondOrder, Crystallinity, DensityProfile, packing_network
-from carom.pictures import viewdata
 from carom.studies.eos import order
 
 ROUNDING = 1e-9  # of sums over bonds, and of distances far from their cell; values are of the order of 1
@@ -176,7 +176,7 @@ def test_contacts_and_orders_of_studies_and_pages_are_those_of_all_images(d, see
         right = np.sqrt(products(voronoi_of(frame), d).mean())
         assert order.psi_6(frame) == pytest.approx(right, abs=ROUNDING)
         right = np.sqrt(np.diag(products(bonds_of(frame, nearest=6), d)))
-        np.testing.assert_allclose(viewdata.psi_6(frame)[:, 1], right, rtol=ROUNDING)
+        np.testing.assert_allclose(psi_6(frame)[:, 1], right, rtol=ROUNDING)
     else:
         reach = order.REACH * (np.prod(frame.box) / frame.n) ** (1 / 3)
         steps = np.concatenate([steps for _, steps in bonds_of(frame, reach=reach)])

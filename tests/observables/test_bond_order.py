@@ -10,11 +10,12 @@ from helpers import frames
 import carom
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables import BondOrder, tessellation
+from carom.geometry import tessellation
+from carom.geometry.overlaps import Geometry
+from carom.geometry.tessellation import voronoi_bonds
+from carom.observables import BondOrder
 from carom.observables.bond_order import gegenbauer, harmonics
-from carom.observables.tessellation import voronoi_bonds
 from carom.scene import lattices
-from carom.scene.overlaps import Room
 
 
 def frame_of(scene):
@@ -110,7 +111,7 @@ def test_orders_are_those_of_freud(voronoi):
 def test_neighbors_share_a_face_of_their_cells(periodic, crowd):
     d, n, box = len(periodic), 20, np.array((4.0, 7.0, 5.0)[: len(periodic)])
     places = np.random.default_rng(d).uniform(0.0, crowd * box, (n, d))
-    pairs, bonds = voronoi_bonds(Room(box, np.array(periodic)), places)
+    pairs, bonds = voronoi_bonds(Geometry(box, np.array(periodic)), places)
     # The cell that a random point of the box lies in is that of its nearest component: the two nearest
     # components of a point on a line between cells are neighbors.
     ways = np.stack(np.meshgrid(*[range(-2, 3) if axis else (0,) for axis in periodic]), -1).reshape(-1, d)
@@ -139,7 +140,7 @@ def test_neighbors_share_a_face_of_their_cells(periodic, crowd):
 @pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True)])
 def test_neighbors_do_not_depend_on_the_first_layer_of_images(periodic, crowd, monkeypatch):
     d = len(periodic)
-    room = Room(np.array((4.0, 7.0, 5.0)[:d]), np.array(periodic))
+    room = Geometry(np.array((4.0, 7.0, 5.0)[:d]), np.array(periodic))
     places = np.random.default_rng(d).uniform(0.0, crowd * room.box, (24, d))
     found = []
     for first in (0.5, 1.0, 1.5, 2.5, 20.0 if d == 2 else 6.0):
@@ -153,7 +154,7 @@ def test_a_point_that_two_cells_share_makes_no_neighbors():
     for d in (2, 3):
         scene = carom.Scene.crystal(lattice=lattices.cubic(d), cells=4, packing_fraction=0.3)
         assert measured(frame_of(scene), l=4, voronoi=True).neighbors.mean == 2 * d
-        room, rng = Room(np.full(d, 4.0), np.full(d, True)), np.random.default_rng(1)
+        room, rng = Geometry(np.full(d, 4.0), np.full(d, True)), np.random.default_rng(1)
         rounded = np.indices((4,) * d).reshape(d, -1).T + 0.5 + 1e-12 * rng.standard_normal((4**d, d))
         pairs, _ = voronoi_bonds(room, rounded)
         assert (np.bincount(pairs[:, 0]) == 2 * d).all()
@@ -296,5 +297,5 @@ def test_a_strain_by_a_millionth_is_seen_in_double_precision():
     along = np.array([[1.0, 1e-6], [1e-6, 1.0]]) * a
     cells = np.stack(np.meshgrid(*[np.arange(9)] * 2), axis=-1).reshape(-1, 2)
     inner = np.flatnonzero(((cells > 2) & (cells < 6)).all(axis=1))
-    pairs, _ = voronoi_bonds(Room(np.full(2, 12.0), np.zeros(2, bool)), cells @ along + 0.5)
+    pairs, _ = voronoi_bonds(Geometry(np.full(2, 12.0), np.zeros(2, bool)), cells @ along + 0.5)
     assert (np.bincount(pairs[:, 0])[inner] == 6).all()

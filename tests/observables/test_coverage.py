@@ -103,17 +103,17 @@ def check(found, exact):
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 def test_intervals_of_short_runs_cover_the_exact_value_and_halved_ones_would_be_found_out():
     make, exact = SYSTEMS["two spheres"]()
-    found = estimates(make, REQUESTS["64 blocks"], 160)
+    found = estimates(make, REQUESTS["64 blocks"], 100)
     check(found, exact)
     halved = [Estimate(e.mean, 0.5 * e.error, e.n_eff, e.tau, e.blocks) for e in found]
     for level in LEVELS:
-        assert hits(halved, exact, level) < limits(160, level)[0]
+        assert hits(halved, exact, level) < limits(100, level)[0]
 
 
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 def test_intervals_of_runs_until_their_error_is_small_cover_the_exact_value():
     make, exact = SYSTEMS["two spheres"]()
-    check(estimates(make, REQUESTS["until 3 %"], 60), exact)
+    check(estimates(make, REQUESTS["until 3 %"], 40), exact)
 
 
 @pytest.mark.slow

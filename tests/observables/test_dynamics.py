@@ -11,8 +11,8 @@ from carom import theory
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import Dynamics
+from carom.observables.analysis.waves import Waves
 from carom.observables.dynamics import KEPT, _non_gaussian
-from carom.observables.waves import Waves
 
 SIX = 6.0
 

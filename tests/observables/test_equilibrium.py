@@ -13,8 +13,8 @@ from scipy.stats import binom
 
 import carom
 from carom.errors import CaromWarning
-from carom.observables.drift import LEVEL, relaxation
-from carom.observables.equilibrium import (
+from carom.observables.analysis.drift import LEVEL, relaxation
+from carom.observables.analysis.equilibrium import (
     RENEWED,
     RENEWED_OTHERWISE,
     doubts,

@@ -13,7 +13,7 @@ import carom
 from carom.cli import results
 from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
-from carom.observables.layers import GROUPS, MOST, Layers, weight
+from carom.observables.analysis.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.job import Look
 from carom.studies.runs.underway import Measured

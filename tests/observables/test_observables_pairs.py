@@ -16,7 +16,7 @@ from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import RDF
-from carom.observables.pair_counts import distance_counts
+from carom.observables.analysis.pair_counts import distance_counts
 from carom.observables.rdf import PartialRDF
 
 
@@ -166,7 +166,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("no folder")
     code = (
-        "import numpy as np; from carom.cells import *; from carom.observables.pair_counts import *;"
+        "import numpy as np; from carom.cells import *; from carom.observables.analysis.pair_counts import *;"
         "grid = Grid.of(np.ones(1), np.ones(1, bool), 2, 0.5);"
         "cells = SortedCells.of(grid, np.array([[0.1], [0.3]]));"
         "print(distance_counts(cells, None, np.array([0.0, 0.25, 0.5]))[0].tolist())"

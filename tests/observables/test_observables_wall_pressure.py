@@ -17,7 +17,7 @@ from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
-from carom.observables.momentum_balance import weighted_momenta
+from carom.observables.analysis.momentum_balance import weighted_momenta
 from carom.observables.statistics import blocking
 from carom.scene.velocities import conserved, velocities_of
 from carom.scene_file.scene_file import SceneFile
@@ -255,7 +255,7 @@ def assert_of_unit_variance(pulls):
 
 def test_error_bars_of_walls_cover_although_sound_carries_blocks():
     # Of the momentum taken up alone they would be 4 times too wide: pulls of 0.25.
-    assert_of_unit_variance(pulls_of_walls(2, 40, 0.3, (True, False), 32))
+    assert_of_unit_variance(pulls_of_walls(2, 40, 0.3, (True, False), 16))
 
 
 @pytest.mark.slow

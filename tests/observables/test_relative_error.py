@@ -8,7 +8,7 @@ import pytest
 
 import carom
 from carom.errors import CaromWarning, InputError
-from carom.observables.precision import FLOOR, Goal, lengthen
+from carom.observables.analysis.precision import FLOOR, Goal, lengthen
 from carom.observables.statistics import Estimate
 
 PRESSURE = carom.Pressure()

@@ -13,8 +13,8 @@ from carom.errors import CaromWarning
 from carom.models import Ball, Plane, Segment
 from carom.models.obstacles.named_walls import axes_without
 from carom.observables import WallPressure
+from carom.observables.analysis.surface_changes import MOST, freed, place_of, surface_sums
 from carom.observables.statistics import ratio
-from carom.observables.surface_changes import MOST, freed, place_of, surface_sums
 from carom.simulation.measuring import stretches
 
 

@@ -11,13 +11,14 @@ from helpers.plain import uncompiled
 from matplotlib.colors import to_hex
 
 import carom
-from carom.bridges.palette import FACES
+from carom.figures import palette, style
+from carom.figures.caps import COLORS
+from carom.figures.palette import FACES
 from carom.observables import Crystallinity
 from carom.observables.rdf import RDF, PartialRDF
 from carom.observables.statistics import Estimate
-from carom.pictures import palette, paper, plots
-from carom.pictures.caps import COLORS
-from carom.pictures.results import _PICTURES, _WHOLE
+from carom.pictures import plots
+from carom.results import KINDS, Result
 from carom.studies.accuracy.picture import picture as of_methods
 from carom.studies.eos import pictures as eos
 
@@ -34,6 +35,15 @@ PALETTE = {
     ),
     *map(to_hex, (*FACES, *COLORS, "white")),
 }
+
+
+DRAWN = {
+    name
+    for name, kind in KINDS.items()
+    if kind.__module__.startswith("carom.observables.")
+    and getattr(kind, "_draw_into", Result._draw_into) != Result._draw_into
+} - {"OneNumber"}
+"""Results that draw themselves."""
 
 
 def studies():
@@ -102,7 +112,11 @@ def results():
     flights = next(each for each in found if type(each).__name__ == "FreeFlightsResult")
     found.append(flights.normal_speed[0, 0])
     # The energy of hard spheres has no blocks; its picture is that of the pressure on a wall.
-    assert {type(each).__name__ for each in found} == {*_PICTURES, *_WHOLE} - {"EnergyResult"}
+    assert {type(each).__name__ for each in found} == DRAWN - {
+        "EnergyResult",
+        "VolumeResult",
+        "ShearModuliResult",
+    }
     for each in found:
         yield type(each).__name__, each.plot()
     yield "points", plots.rdf(RDF().over(points))
@@ -143,7 +157,7 @@ def test_both_contact_values_stand_at_contact():
 
 
 def test_a_figure_that_errors_have_set_is_found():
-    figure, axes = paper.sheet(5.0, 3.6)
+    figure, axes = style.sheet(5.0, 3.6)
     axes.errorbar([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [0.1, 0.1, 30.0], color="C3", label="x")
     axes.text(0.5, 0.5, "off", transform=axes.transAxes)
     axes.set_title("long " * 60)

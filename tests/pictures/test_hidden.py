@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from carom.drawing import render
 from carom.frame import Frame
-from carom.pictures import hidden, render
 
 
 def spheres(n, dimension, packing_fraction, seed):
@@ -14,18 +14,18 @@ def spheres(n, dimension, packing_fraction, seed):
 
 
 def test_a_disc_is_hidden_by_a_later_one_that_lies_on_it_and_not_by_an_earlier_one(monkeypatch):
-    monkeypatch.setattr(hidden, "FEW", 0)
+    monkeypatch.setattr(render, "FEW", 0)
     centers = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])
     radii = np.array([1.0, 0.5, 1.0, 1.2, 1.0])
-    assert hidden.visible(centers, radii).tolist() == [False, False, True, True, True]
-    assert hidden.visible(centers[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
+    assert render.visible(centers, radii).tolist() == [False, False, True, True, True]
+    assert render.visible(centers[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
 
 
 def test_a_disc_is_seen_if_and_only_if_a_point_shows_it(monkeypatch):
-    monkeypatch.setattr(hidden, "FEW", 0)
+    monkeypatch.setattr(render, "FEW", 0)
     rng = np.random.default_rng(1)
     centers, radii = rng.random((200, 2)) * 5.6, rng.uniform(0.3, 1.5, 200)
-    seen = hidden.visible(centers, radii)
+    seen = render.visible(centers, radii)
     # A grid of other points, ten times finer: what shows there by a thirtieth of the disc must be seen.
     points = np.stack(np.meshgrid(*[np.arange(-1.5, 7.1, 0.02)] * 2, indexing="ij"), axis=-1)
     last = np.full(points.shape[:2], -1)
@@ -41,7 +41,7 @@ def test_a_picture_without_the_hidden_spheres_is_the_same(monkeypatch):
     frame = spheres(1500, 3, 0.45, 2)
     camera = render.Camera.on(frame, 300)
     whole = render.rendered(frame, camera).astype(float)
-    monkeypatch.setattr(hidden, "FEW", 0)
+    monkeypatch.setattr(render, "FEW", 0)
     left = render.rendered(frame, camera).astype(float)
     # One pixel in a hundred may show a sliver of what is left out.
     assert (np.abs(left - whole).max(axis=2) > 16).mean() < 0.01

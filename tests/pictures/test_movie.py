@@ -10,13 +10,14 @@ import pytest
 from helpers.frames import crystal, frame_of, frames_of
 
 import carom
-from carom.bridges.palette import FACES, SEQUENTIAL, rgb
+from carom.drawing import render
+from carom.drawing.caption import decimals_of
+from carom.drawing.render import Camera, rendered
 from carom.errors import InputError
+from carom.figures.palette import FACES, SEQUENTIAL, rgb
 from carom.models import Ball, Plane
-from carom.pictures import plots, render
-from carom.pictures.caption import decimals_of
+from carom.pictures import plots
 from carom.pictures.movie import _caption, _colors
-from carom.pictures.render import Camera, rendered
 
 
 def camera_of(frame, size):

@@ -17,11 +17,11 @@ from PIL import Image
 from carom import theory
 from carom.block import Block
 from carom.errors import FileError, InputError
+from carom.figures.palette import THEORIES
 from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
-from carom.pictures.palette import THEORIES
 
 
 def dashed(figure):
@@ -189,7 +189,7 @@ def test_rods_across_the_border_are_drawn_at_both_ends():
 
 
 def test_near_spheres_are_drawn_over_far_ones():
-    from carom.pictures.render import Camera, rendered
+    from carom.drawing.render import Camera, rendered
 
     camera = Camera.on(frame([[5.0, 5.0, 5.0]], (10.0, 10.0, 10.0)), 200)
     pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], camera.axes[2])
@@ -321,8 +321,8 @@ def test_every_particle_of_a_snapshot_is_drawn_within_its_axes(dimension):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
+    from carom.drawing.render import Camera
     from carom.observables.packing import packing_network
-    from carom.pictures.render import Camera
 
     places = lattice(dimension, 3)
     places = frame(places.positions, places.box, 1.1 - 1e-9)

@@ -9,10 +9,10 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
 from carom import Species
+from carom.drawing.particles import FACES
 from carom.frame import Frame
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.pictures import plots
-from carom.pictures.drawing import FACES
 
 
 def frame_of(dimension: int, periodic: tuple[bool, ...] | None = None) -> Frame:

@@ -20,9 +20,11 @@ from matplotlib.collections import EllipseCollection
 
 import carom
 import carom.io
-from carom.bridges.palette import FACES, rgb
 from carom.cli import files
+from carom.drawing.page import of_frames, psi_6
+from carom.drawing.shapes import shapes_of
 from carom.errors import CaromWarning, FileError, InputError
+from carom.figures.palette import FACES, rgb
 from carom.models import (
     Arc,
     Ball,
@@ -42,7 +44,6 @@ from carom.models.obstacles.outlines import Hull
 from carom.models.obstacles.paths import Sine
 from carom.observables.packing import packing_network
 from carom.pictures import plots, viewdata
-from carom.pictures.shapes import shapes_of
 from carom.simulation.replay import Replay
 from carom.studies.packings.packing import HISTORY, Packing
 
@@ -83,7 +84,7 @@ def test_names_cannot_end_the_script_or_inject_markup():
 
 
 def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
-    modulus = viewdata.psi_6(crystal(2, 6))
+    modulus = psi_6(crystal(2, 6))
     np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
     # Neighbors at 0, 60, ... degrees; float64 angles of neighbors are known to 2^-50 or so, times 6.
     assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
@@ -96,8 +97,8 @@ def test_psi_6_across_the_face_of_a_tilted_cell_is_that_of_the_lattice():
     box, n = (6.0, 5.0 * math.sqrt(0.75)), 30
     frame = carom.Frame(0.0, 0, places.reshape(n, 2), np.zeros((n, 2)), box, np.ones(n), np.ones(n))
     slipped = dataclasses.replace(frame, tilt=0.5 / box[1])
-    np.testing.assert_allclose(viewdata.psi_6(slipped)[:, 1], 1.0, atol=1e-9)
-    assert viewdata.psi_6(frame)[:, 1].min() < 0.9
+    np.testing.assert_allclose(psi_6(slipped)[:, 1], 1.0, atol=1e-9)
+    assert psi_6(frame)[:, 1].min() < 0.9
 
 
 def test_a_sheared_frame_is_shown_in_the_box_with_right_angles():
@@ -110,8 +111,8 @@ def test_a_sheared_frame_is_shown_in_the_box_with_right_angles():
     places[:, 0] = (places[:, 0] - tilt * places[:, 1]) % width + tilt * places[:, 1]
     assert (places[:, 0] > width).any()
     slipped = carom.Frame(**{**vars(straight), "positions": places, "tilt": tilt})
-    np.testing.assert_allclose(viewdata.psi_6(slipped)[:, 1], 1.0, atol=1e-9)
-    data = viewdata.of_frames([slipped], ())
+    np.testing.assert_allclose(psi_6(slipped)[:, 1], 1.0, atol=1e-9)
+    data = of_frames([slipped], ())
     shown = unpacked(data["positions"], "<f4").reshape(-1, 3)[:, :2] - straight.positions
     np.testing.assert_allclose(np.sin(np.pi / width * shown), 0.0, atol=1e-6)
     copies, disks, moved_copies, moved_disks = (
@@ -140,8 +141,8 @@ def test_a_contact_with_a_wall_has_no_partner_on_the_page():
 
 
 def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
-    monkeypatch.setattr(viewdata, "MOST_PLACES", 7 * 4)
-    data = viewdata.of_frames(frames_of(2, count=10), ())
+    monkeypatch.setattr("carom.drawing.page.MOST_PLACES", 7 * 4)
+    data = of_frames(frames_of(2, count=10), ())
     assert data["times"] == pytest.approx([0.0, 0.3, 0.6, 0.9])
 
 
@@ -424,7 +425,7 @@ def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
 
 # --------------------------------------------------------------------------------------------- Node
 
-PLACES = Path(plots.__file__).parent / "viewer" / "places.js"
+PLACES = Path(str(resources.files("carom.drawing"))) / "viewer" / "positions.js"
 
 STAGE = """
 const [n, count, periodic, flat, boxes] = %s, box = [...boxes[0]], look = {frame: 1}, replay = false;
@@ -706,7 +707,7 @@ def test_psi_6_in_a_replay_is_that_of_a_frame(periodic):
     rng = np.random.default_rng(1)
     box = (5.0, 3.0)
     frame = frame_of(rng.uniform(size=(40, 2)) * box, box, periodic=periodic)
-    script = resources.files("carom.pictures").joinpath("viewer", "hexatic.js").read_text(encoding="utf-8")
+    script = resources.files("carom.drawing").joinpath("viewer", "hexatic.js").read_text(encoding="utf-8")
     centers = np.column_stack([frame.positions, np.zeros(40)]).ravel().tolist()
     call = f"hexatic(40, {centers}, {[*box, 0]}, {json.dumps([periodic] * 2 + [False])}, psi)"
     found = browser().run(
@@ -716,7 +717,7 @@ def test_psi_6_in_a_replay_is_that_of_a_frame(periodic):
     # Doubles on both sides: rounding of angles, times six.
     np.testing.assert_allclose(
         found[:, 1] * np.exp(1j * found[:, 0]),
-        (lambda psi: psi[:, 1] * np.exp(1j * psi[:, 0]))(viewdata.psi_6(frame)),
+        (lambda psi: psi[:, 1] * np.exp(1j * psi[:, 0]))(psi_6(frame)),
         atol=1e-12,
     )
 

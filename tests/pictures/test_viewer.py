@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from pathlib import Path
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -12,7 +12,8 @@ from helpers.browser import browser, where
 from helpers.frames import crystal, frame_of
 
 import carom
-from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL, rgb
+from carom.drawing.page import FAST, of_frames
+from carom.figures.palette import DIVERGING, FACES, SEQUENTIAL, rgb
 from carom.pictures import viewdata
 from carom.simulation.replay import Replay
 
@@ -117,8 +118,8 @@ def test_speeds_have_a_sequential_map_and_components_one_about_zero(page):
     (x1, y1), (x2, y2) = face(1), face(2)
     unit = np.array([(x2 - x1) / 2.5, (y2 - y1) / 1.5])
     middles = [x1, y1] + (PLACES - PLACES[1]) * unit
-    top = viewdata.of_frames([disks()], ())["top"]
-    assert top == pytest.approx(viewdata.FAST * np.sqrt(3.0))  # of squares 0, 4, 4, 4
+    top = of_frames([disks()], ())["top"]
+    assert top == pytest.approx(FAST * np.sqrt(3.0))  # of squares 0, 4, 4, 4
 
     def between(stops, part):
         at = part * (len(stops) - 1)
@@ -210,7 +211,7 @@ def test_two_fingers_zoom_and_the_theme_is_that_of_the_system(page):
 
 
 def test_a_page_says_what_it_leaves_out_and_how_it_draws(tmp_path, monkeypatch):
-    monkeypatch.setattr(viewdata, "MOST_PLACES", 8)
+    monkeypatch.setattr("carom.drawing.page.MOST_PLACES", 8)
     frames = [disks(time=float(k), diameters=np.full(4, 0.5 + 0.1 * k)) for k in range(6)]
     browser().open(carom.view(frames).save(tmp_path / "page.html"), "size=0.5")
     said = text("state")
@@ -316,7 +317,9 @@ def test_a_hundred_thousand_particles_are_turned_without_a_graphics_card(tmp_pat
 
 def test_the_track_of_a_slider_is_light_on_a_light_ground():
     """A browser makes it dark where white is hard to tell from the accent: below a contrast of 4.5."""
-    text = Path(viewdata.__file__).with_name("viewer").joinpath("viewer.css").read_text(encoding="utf-8")
+    text = (
+        resources.files("carom.drawing").joinpath("viewer").joinpath("viewer.css").read_text(encoding="utf-8")
+    )
     accent = re.search(r":root \{.*--accent: #(\w{6});", text)[1]
     parts = [int(accent[k : k + 2], 16) / 255 for k in (0, 2, 4)]
     linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]

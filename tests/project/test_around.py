@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from carom.observables import quantiles
+from carom.observables.analysis import quantiles
 
 
 def test_quantiles_and_tails_are_those_of_scipy_bit_for_bit():
@@ -28,10 +28,11 @@ import sys
 import numpy as np
 from carom.block import Block
 from carom.observables import Pressure
-from carom.observables.equilibrium import doubts_about
-from carom.pictures import importing, plots
+from carom.observables.analysis.equilibrium import doubts_about
+from carom.figures import style
+from carom.pictures import plots
 if {command}:
-    importing.nobody_reads_docstrings()
+    style.nobody_reads_docstrings()
 rng = np.random.default_rng(1)
 blocks = [Block(1.0, 200, float(rng.normal(300.0, 9.0))) for _ in range(256)]
 found = Pressure.estimate(blocks, n=50, dimension=3, volume=100.0, diameter=1.0, kT=1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import fnmatch
+import re
 import subprocess
 import sys
 import tomllib
@@ -128,7 +129,22 @@ def alone(code: str) -> str:
 
 @pytest.mark.slow
 def test_a_process_that_imports_a_scene_alone_makes_a_dense_one():
-    code = (
-        "from carom.scene.scene import Scene; print(Scene.random(40, packing_fraction=0.56).packing_fraction)"
-    )
+    code = "from carom import Scene; print(Scene.random(40, packing_fraction=0.56).packing_fraction)"
     assert float(alone(code)) == pytest.approx(0.56, rel=1e-12)
+
+
+def test_the_page_on_architecture_lists_every_room_in_the_order_of_its_floors():
+    page = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    table = page[page.index("| in `src/carom` |") : page.index("`lint-imports` checks")]
+    listed = re.findall(r"^\| `(\w+)(?:/|\.py)` \|", table, re.MULTILINE)
+    rooms = {
+        path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
+    assert len(listed) == len({*listed})
+    assert {*listed} - {"templates"} == rooms - {"__init__", "__main__", "templates"}
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    floors = settings["tool"]["importlinter"]["contracts"][0]["layers"]
+    height = {name: k for k, floor in enumerate(floors) for name in re.findall(r"carom\.(\w+)", floor)}
+    heights = [height[name] for name in listed if name in height]
+    assert heights == sorted(heights)
+    assert {*height} <= {*listed}

@@ -1,4 +1,4 @@
-"""The paper's Figures 1 and 2: the naive trajectory, the invariants, and why each amendment is needed."""
+"""The paper's Figures 4.1 and 6.1: the naive trajectory, the invariants, and why each amendment is needed."""
 
 import itertools
 import math
@@ -64,7 +64,7 @@ def test_both_figures_do_the_same_cycles_to_the_last_bit(sectors):
         assert a == b
         for ball in runs[0].balls:
             for one, two in zip(*(run.scheduled(ball) for run in runs), strict=True):
-                # Rounding may differ where Figure 2 shows a state that it has not computed yet.
+                # Rounding may differ where Figure 6.1 shows a state that it has not computed yet.
                 assert (one is None) == (two is None)
                 if one is not None:
                     np.testing.assert_allclose(
@@ -164,7 +164,7 @@ def test_a_broken_schedule_is_seen_by_the_invariants(figure):
     run.check_invariants()
     late = max(run.balls, key=lambda i: run.time[i][run.new[i]])
     run.time[late][run.new[late]] = run.current_time - 1
-    with pytest.raises(InvariantError, match=r"\(6\)"):
+    with pytest.raises(InvariantError, match=r"\(13\)"):
         run.check_invariants()
 
 

@@ -11,11 +11,11 @@ from scipy.spatial import cKDTree
 
 from carom import densities, seeds
 from carom.errors import InputError
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry
 from carom.models.obstacles.planes import Plane
 from carom.scene import lattices, placement
-from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
-from carom.scene.species import Contacts
 from carom.scene.velocities import velocities_of
 from carom.simulation.system_of_scene import prepare
 
@@ -261,7 +261,7 @@ def test_random_rods_are_the_equilibrium_gas():
     rng = np.random.default_rng(21)
     for sample in range(4000):
         places = placement.random_positions(
-            Room(np.array([edge]), np.array([True])), Contacts(np.ones(n)), rng
+            Geometry(np.array([edge]), np.array([True])), Contacts(np.ones(n)), rng
         )[:, 0]
         # One gap a sample, after each rod in turn: those of one sample add up to F and are not independent.
         k = sample % n

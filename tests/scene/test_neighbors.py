@@ -6,8 +6,9 @@ from helpers.frames import at_rest
 from helpers.mixtures import mixture
 
 from carom.errors import InputError
-from carom.observables import BondOrder, neighbors
-from carom.scene.overlaps import Room
+from carom.geometry import neighbors
+from carom.geometry.overlaps import Geometry
+from carom.observables import BondOrder
 
 
 def squares(room, places):
@@ -33,7 +34,7 @@ def test_the_nearest_are_those_of_all_pairs(dimension, n, count, walls):
     box = rng.uniform(6.0, 14.0, dimension)
     axes = np.arange(dimension)
     periodic = {"none": axes >= 0, "last": axes < dimension - 1, "all": axes < 0}[walls]
-    room, places = Room(box, periodic), rng.uniform(0.0, box, (n, dimension))
+    room, places = Geometry(box, periodic), rng.uniform(0.0, box, (n, dimension))
     found = nearest(room, places, count)
     all_pairs = squares(room, places)
     assert (found == np.argsort(all_pairs, axis=1)[:, :count]).all()
@@ -45,7 +46,7 @@ def test_crowds_far_apart_have_their_neighbors_too():
     drop = 50.0 + rng.normal(0.0, 0.3, (300, 3))
     thread = np.stack([rng.uniform(0.0, 100.0, 50), np.full(50, 20.0), np.full(50, 99.9)], axis=1)
     alone = rng.uniform(0.0, 100.0, (9, 3))
-    places, room = np.concatenate([drop, thread, alone]), Room(np.full(3, 100.0), np.ones(3, bool))
+    places, room = np.concatenate([drop, thread, alone]), Geometry(np.full(3, 100.0), np.ones(3, bool))
     found = nearest(room, places, 12)
     right = np.sort(squares(room, places), axis=1)[:, :12]
     assert np.take_along_axis(squares(room, places), found, axis=1) == pytest.approx(right, rel=1e-12)
@@ -53,7 +54,7 @@ def test_crowds_far_apart_have_their_neighbors_too():
 
 def test_where_a_tree_takes_over_the_neighbors_are_the_same(monkeypatch):
     rng = np.random.default_rng(3)
-    room, places = Room(np.full(3, 10.0), np.array([True, True, False])), rng.uniform(0.0, 10.0, (200, 3))
+    room, places = Geometry(np.full(3, 10.0), np.array([True, True, False])), rng.uniform(0.0, 10.0, (200, 3))
     by_cells = nearest(room, places, 5)
     monkeypatch.setattr(neighbors, "WIDE", 0)
     assert (nearest(room, places, 5) == by_cells).all()
@@ -61,7 +62,7 @@ def test_where_a_tree_takes_over_the_neighbors_are_the_same(monkeypatch):
 
 def test_one_neighbor_fewer_than_there_are_others_is_everybody_between_walls():
     rng = np.random.default_rng(4)
-    room, places = Room(np.full(2, 3.0), np.zeros(2, bool)), rng.uniform(0.0, 3.0, (13, 2))
+    room, places = Geometry(np.full(2, 3.0), np.zeros(2, bool)), rng.uniform(0.0, 3.0, (13, 2))
     found = nearest(room, places, 12)
     assert (np.sort(found, axis=1) == [[j for j in range(13) if j != i] for i in range(13)]).all()
     with pytest.raises(InputError, match="13 neighbors are asked for, and there are 12 others"):
@@ -72,7 +73,7 @@ def test_the_order_of_a_species_between_walls_is_that_of_its_own_pairs():
     scene = mixture([150, 150], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1)
     order = BondOrder(6, nearest=6, species=1, rmax=2.0)
     order.add(at_rest(scene, periodic=(True, False)))
-    room, places = Room(np.array(scene.box), np.array([True, False])), scene.positions[scene.species == 1]
+    room, places = Geometry(np.array(scene.box), np.array([True, False])), scene.positions[scene.species == 1]
     near = np.argsort(squares(room, places), axis=1)[:, :6]
     bonds = places[near] - places[:, None]
     bonds[..., 0] -= scene.box[0] * np.rint(bonds[..., 0] / scene.box[0])

@@ -10,11 +10,12 @@ from scipy.spatial import cKDTree
 import carom
 from carom.cells import Grid, SortedCells
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.nearby import near_pairs
+from carom.geometry.overlaps import Geometry
 from carom.observables import RDF
-from carom.scene import overlaps, placement
-from carom.scene.nearby import near_pairs
-from carom.scene.overlaps import Room
-from carom.scene.species import Contacts
+from carom.scene import placement
 
 
 def as_set(pairs, alike):
@@ -49,7 +50,7 @@ def test_a_drop_in_a_large_box_is_left_to_the_tree():
     assert near_pairs(box, periodic, x, None, 0.05) is None
     n = overlaps.MANY
     x = np.random.default_rng(0).random((n, 3))
-    found = Room(box, periodic).near(x, 0.01)
+    found = Geometry(box, periodic).near(x, 0.01)
     assert as_set(found, True) == as_set(cKDTree(x).query_pairs(0.01, output_type="ndarray"), True)
 
 
@@ -81,7 +82,7 @@ def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dim
 def test_many_unequal_spheres_between_walls_are_placed_without_overlap():
     n = overlaps.MANY
     scene = mixture([n // 4, n], diameters=[1.0, 0.4], packing_fraction=0.35, walls="z", seed=1)
-    room = Room(np.array(scene.box), np.array(scene.periodic))
+    room = Geometry(np.array(scene.box), np.array(scene.periodic))
     contacts = Contacts(scene.diameters)
     tree = cKDTree(scene.positions, boxsize=[*scene.box[:2], 0.0])
     pairs = tree.query_pairs(1.0, output_type="ndarray")
@@ -104,13 +105,13 @@ def test_an_overlap_among_many_is_found_and_named():
 def test_what_cannot_be_pushed_apart_ends():
     n = overlaps.MANY
     x = np.random.default_rng(0).random((n, 2)) * 100.0
-    room, contacts = Room(np.full(2, 100.0), np.ones(2, bool)), Contacts(np.ones(n))
+    room, contacts = Geometry(np.full(2, 100.0), np.ones(2, bool)), Contacts(np.ones(n))
     # Packing fraction 1.6.
     assert placement.separated(x, room, contacts, np.full(n, 0.5), patience=3) is None
 
 
 def test_of_two_that_overlap_the_heavier_gives_way_less():
-    from carom.scene.sweeps import sweep
+    from carom.scene.separation import sweep
 
     start, edges = np.array([[0.2, 0.5], [9.9, 0.5], [5.0, 0.5]]), np.array([10.0, 10.0])
     weight, contact, clearance = np.array([1.0, 3.0, 1.0]), np.full(2, 1.0), 1.01

@@ -16,13 +16,13 @@ from hypothesis.extra import numpy as hnp
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry
 from carom.models import Shear
-from carom.scene import overlaps
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
-from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
-from carom.scene.species import Contacts
 
 EPS = np.finfo(float).eps
 
@@ -228,7 +228,7 @@ def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension
         np.fill_diagonal(distances, np.inf)
         closest = distances.min()
         found = overlaps.deepest(
-            positions, Room(box, np.ones(len(box), bool), tilt=tilt), Contacts(np.ones(len(positions)))
+            positions, Geometry(box, np.ones(len(box), bool), tilt=tilt), Contacts(np.ones(len(positions)))
         )
         if closest >= 1:
             assert found is None
@@ -258,7 +258,7 @@ def test_near_pairs_are_those_of_a_search_over_all_pairs_and_each_is_found_once(
     rng = np.random.default_rng(dimension)
     for trial in range(60):
         box = (0.5, 4.1, 10.0)[trial % 3] * (1.0 + rng.random(dimension))
-        room = Room(box, rng.random(dimension) < 0.7)
+        room = Geometry(box, rng.random(dimension) < 0.7)
         places = rng.random((100, dimension)) * box
         places[: 2 * dimension] *= np.repeat([0.0, 1.0 - 2.0**-53], dimension)[:, None]
         every = np.stack(np.triu_indices(100, 1), axis=1)

@@ -14,16 +14,18 @@ import pytest
 from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry
 from carom.models import Ball, Plane
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.species import species_count
-from carom.scene import lattices, overlaps
+from carom.scene import lattices
 from carom.scene.conversion import to_frame
 from carom.scene.fields import is_equal
-from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
-from carom.scene.species import Contacts, counts_of
+from carom.scene.species import counts_of
 from carom.scene.storage import from_arrays, to_arrays
 from carom.scene_file.sections import SceneSpec
 
@@ -159,7 +161,7 @@ def test_overlaps_of_unequal_spheres_are_those_of_a_search_over_all_images(dimen
             )
         except OverlapError as error:
             i, j = (int(word) for word in str(error).split()[1:4:2])
-            room = Room(box, periodic)
+            room = Geometry(box, periodic)
             pair = np.array([[i, j]])
             contacts = Contacts(diameters, species, table)
             assert room.distances(overlaps.wrapped(positions, box), pair) < contacts.of(pair)

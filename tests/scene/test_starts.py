@@ -7,8 +7,9 @@ from scipy.spatial import cKDTree
 
 import carom
 from carom.errors import InputError
+from carom.geometry import overlaps
 from carom.models.motions.gravity import Gravity
-from carom.scene import overlaps, starts
+from carom.scene import starts
 
 
 @pytest.mark.parametrize("n", [1, 10, 137, 1000])
@@ -22,7 +23,7 @@ def test_any_number_of_spheres_begins_at_random_up_to_near_jamming(n, d, fractio
         scene = carom.Scene.random(n, eta, d, seed=1)
         assert scene.n == n
         assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
-        room = overlaps.Room(np.asarray(scene.box), np.asarray(scene.periodic), ())
+        room = overlaps.Geometry(np.asarray(scene.box), np.asarray(scene.periodic), ())
         assert overlaps.deepest(scene.positions, room, carom.scene.species.Contacts(scene.diameters)) is None
 
 

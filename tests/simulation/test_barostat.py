@@ -1,6 +1,5 @@
 """Constant pressure: exact distributions of the volume, bits that nothing changes, files, what is refused."""
 
-import json
 import math
 
 import numpy as np
@@ -8,12 +7,12 @@ import pytest
 from helpers.goes_on import same
 
 import carom
-from carom.errors import FileError, InputError
-from carom.io import checkpoint
+from carom import theory
+from carom.errors import InputError
 from carom.models import Ball, Gravity, SquareWell
 from carom.models.drives import Langevin
 from carom.observables.statistics import blocking
-from carom.simulation.moves.barostat import VolumeMoves, volume_sums
+from carom.simulation.moves.barostat import _drawn, volume_sums
 from carom.theory import pieprzyk
 
 SLOW = pytest.mark.slow
@@ -52,27 +51,30 @@ def moments_of_rods(n, pressure_over_kT):
     return n + mean, square - mean**2
 
 
-def check_rods(n, pressure, kT, count):
-    sim = at_pressure(rods(n, 2.0 * n), pressure, interval=0.7, step=1.0, kT=kT, seed=n)
+def check_rods(n, pressure, kT, count, step):
+    sim = at_pressure(rods(n, 2.0 * n), pressure, interval=0.7, step=step, kT=kT, seed=n)
     lengths = np.array([frame.box[0] for frame in sim.sample(every=0.7, count=count)])
     mean, variance = moments_of_rods(n, pressure / kT)
     for values, exact in ((lengths, mean), ((lengths - mean) ** 2, variance)):
         found = blocking(values)
         assert abs(found.mean - exact) < FOUR_SIGMA * found.error
         assert found.error < 0.2 * exact
-    assert 0.1 * count < sim.statistics.volume_moves_accepted < 0.9 * count
+    least, most = (count, count) if step is None else (0.1 * count, 0.9 * count)
+    assert least <= sim.statistics.volume_moves_accepted <= most
     assert sim.statistics.volume_moves_tried == count
     assert sim.statistics.worst_overlap < 1e-12
 
 
-def test_the_length_of_a_ring_of_rods_has_the_exact_mean_and_variance(plain):
-    check_rods(2, pressure=1.5, kT=2.0, count=500)
+@pytest.mark.parametrize("step", [None, 1.0])
+def test_the_length_of_a_ring_of_rods_has_the_exact_mean_and_variance(plain, step):
+    check_rods(2, pressure=1.5, kT=2.0, count=500, step=step)
 
 
 @SLOW
 @pytest.mark.parametrize("n", [3, 5])
-def test_the_length_of_rings_of_rods_has_the_exact_mean_and_variance_in_long_runs(n):
-    check_rods(n, pressure=1.5, kT=2.0, count=10_000)
+@pytest.mark.parametrize("step", [None, 1.0])
+def test_the_length_of_rings_of_rods_has_the_exact_mean_and_variance_in_long_runs(n, step):
+    check_rods(n, pressure=1.5, kT=2.0, count=10_000, step=step)
 
 
 def mixture(n=8, fraction=0.3, d=2, **more):
@@ -98,17 +100,6 @@ def test_moves_of_the_volume_have_the_same_bits_however_the_run_is_cut(plain, tm
     assert whole.scene.box == tuple(frames[-1].box) != tuple(frames[0].box)
     assert whole.statistics.energy_drift < 1e-13
     assert whole.statistics.worst_overlap < 1e-12
-
-
-def test_a_checkpoint_whose_step_was_changed_to_more_than_one_is_refused(plain, tmp_path):
-    path = tmp_path / "npt.h5"
-    at_pressure(mixture(), 2.0, interval=0.3).save(path)
-    arrays, attributes = checkpoint.load(path)
-    moves = json.loads(attributes["volume_moves"])
-    moves[VolumeMoves._fields.index("step")] = 1e300
-    checkpoint.save(path, arrays, {**attributes, "volume_moves": json.dumps(moves)})
-    with pytest.raises(FileError, match="the step of its barostat is above 1"):
-        carom.Simulation.load(path)
 
 
 def test_particles_whose_engine_has_another_unit_of_time_have_the_same_boxes_and_sums(plain):
@@ -204,37 +195,43 @@ def test_methods_that_need_one_box_are_refused(unscheduled):
         carom.Simulation(mixture()).measure(carom.Volume(), time=1.0)
 
 
-def test_equilibration_tunes_a_step_that_is_not_given_and_it_is_held_from_then_on(plain, tmp_path):
-    """Of 200 moves 100 are accepted, within four standard errors."""
-    sim = carom.Simulation(rods(8, 12.0), barostat=carom.Barostat(4.0, interval=0.25), seed=1)
-    sim.run(time=0.25)
-    assert sim._state.volume_moves.step == pytest.approx(2.0 / (4.0 * 12.0))
-    sim.equilibrate(collisions_per_particle=150)
-    held, before = sim._state.volume_moves.step, sim.statistics
-    sim.save(tmp_path / "state.h5")
-    for each in (sim, carom.Simulation.load(tmp_path / "state.h5")):
-        each.run(time=50.0)
-        after = each.statistics
-        accepted = after.volume_moves_accepted - before.volume_moves_accepted
-        assert each._state.volume_moves.step == held > 0.05
-        assert after.volume_moves_tried - before.volume_moves_tried == 200
-        assert 72 < accepted < 128
-    given = at_pressure(rods(8, 12.0), 4.0)
-    given.equilibrate(collisions_per_particle=20)
-    assert given._state.volume_moves.step == 0.1
+@pytest.mark.parametrize(
+    ("n", "d", "edge", "pressure"),
+    [
+        (2, 1, 4.0, 1.0),
+        (2, 1, 2.05, 1.0),
+        (8, 2, 6.0, 0.01),
+        (8, 2, 6.0, 0.3),
+        (8, 2, 6.0, 50.0),
+        (30, 3, 6.0, 0.14),
+    ],
+)
+def test_volumes_that_are_drawn_have_their_density(unscheduled, n, d, edge, pressure):
+    """V has the density V^N exp(-P V / kT) from contact on: far below its top, beside it, far above."""
+    scene = carom.Scene.random(n, n * theory.ball_volume(d) / edge**d, d, seed=1)
+    apart = scene.positions[:, None] - scene.positions[None]
+    apart -= edge * np.rint(apart / edge)
+    nearest = np.linalg.norm(apart, axis=2)[np.triu_indices(n, 1)].min()
+    contact = scene.volume / min(nearest, edge) ** d
+    rng, barostat = np.random.default_rng(n), carom.Barostat(pressure, 1.0)
+    scales = np.array([_drawn(rng, scene, barostat, 1.0, scene.positions) for _ in range(3000)])
+    volumes = scene.volume * scales**d
+    assert volumes.min() > contact * (1.0 - 1e-15)
+    top = max(contact, n / pressure)
+    grid = contact + np.linspace(0.0, 1.0, 400_001) ** 2 * 60.0 * (math.sqrt(n) + 1.0) / pressure
+    weights = np.exp(n * np.log(grid / top) - pressure * (grid - top)) * np.gradient(grid)
+    mean = np.average(grid, weights=weights)
+    variance = np.average((grid - mean) ** 2, weights=weights)
+    assert abs(volumes.mean() - mean) < FOUR_SIGMA * math.sqrt(variance / 3000)
+    fourth = np.average((grid - mean) ** 4, weights=weights)
+    assert abs(volumes.var() - variance) < FOUR_SIGMA * math.sqrt((fourth - variance**2) / 3000)
 
 
-def test_a_state_saved_while_the_step_is_tuned_holds_it_until_it_is_tuned_again(plain, tmp_path):
-    file = tmp_path / "state.h5"
-    sim = carom.Simulation(rods(8, 12.0), barostat=carom.Barostat(4.0, interval=0.25), seed=1)
-    sim.equilibrate(collisions_per_particle=50, progress=lambda part: part < 0.5 and sim.save(file))
-    again = carom.Simulation.load(file)
-    held = again._state.volume_moves.step
-    assert 0.0 < held != sim._state.volume_moves.step
-    again.run(time=20.0)
-    assert again._state.volume_moves.step == held
-    again.equilibrate(collisions_per_particle=20)
-    assert again._state.volume_moves.step != held
+def test_without_a_step_no_move_is_refused(plain):
+    sim = at_pressure(rods(4, 8.0), 1.0, interval=0.5, step=None, seed=1)
+    sim.run(time=20.0)
+    assert sim.statistics.volume_moves_accepted == sim.statistics.volume_moves_tried == 40
+    assert sim.statistics.worst_overlap < 1e-12
 
 
 def test_particles_at_rest_have_no_temperature_for_a_barostat(plain):
@@ -263,7 +260,7 @@ def test_spheres_at_the_pressure_of_theory_have_its_volume():
 
     chi = 6.0 / math.pi * 2.0 * step / (pressure(fraction + step) - pressure(fraction - step))
     exact = math.pi / 6.0 * (n + chi) / fraction
-    sim = at_pressure(carom.Scene.random(n, fraction, seed=1), pressure(fraction), interval=0.1, step=0.006)
+    sim = at_pressure(carom.Scene.random(n, fraction, seed=1), pressure(fraction), interval=0.1, step=None)
     sim.run(time=20.0)
     found = blocking(np.array([np.prod(frame.box) for frame in sim.sample(every=0.5, count=4000)]))
     assert abs(found.mean - exact) < FOUR_SIGMA * found.error

@@ -11,9 +11,9 @@ from carom import theory
 from carom.block import Block, Sizes
 from carom.errors import InputError
 from carom.observables import Pressure
-from carom.observables.course import Course
+from carom.observables.analysis.drifting_kT import Course
 from carom.simulation.measuring import mechanics, stretches
-from carom.simulation.measuring.cooling import Blocks
+from carom.simulation.measuring.stretches import Blocks
 from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0
@@ -86,7 +86,7 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
         stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
 
 
-def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work(plain):
+def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work():
     n, eta, growth, duration = 16, 0.2, 4e-3, 10.0
     sim = carom.Simulation(
         carom.Scene.random(n, eta, seed=1),

@@ -22,7 +22,7 @@ from carom.models.obstacles.paths import Sine
 from carom.models.questions.motion import carry, meeting_time, position, velocity
 from carom.models.questions.path import pace, place
 from carom.simulation.explanation import explain
-from carom.simulation.trials import own_models
+from carom.simulation.model_validation import own_models
 
 SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions

@@ -41,7 +41,7 @@ def mean_length(n, p):
 
 
 def measured_rods(n, seed, moves, pressure=1.5, kT=2.0):
-    barostat = carom.Barostat(pressure, interval=0.7, step=1.0, seed=seed)
+    barostat = carom.Barostat(pressure, interval=0.7, seed=seed)
     sim = carom.Simulation(rods(n), barostat=barostat, kT=kT, seed=seed)
     sim.run(time=35.0)
     return sim.measure(Volume(), time=0.7 * moves, blocks=moves // 4)
@@ -220,7 +220,7 @@ class Killed(Exception):
 
 
 @pytest.fixture
-def finished(plain, tmp_path):
+def finished(tmp_path):
     """Return the folder of a run that went through, and that of one that was killed and resumed."""
     plan = SceneFile.from_toml(TOML)
     carom.run(plan, tmp_path / "whole")
@@ -262,20 +262,10 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
 
 
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
-def test_a_step_that_is_tuned_ends_with_the_same_bits_if_equilibration_is_cut(plain, tmp_path):
-    text = TOML.replace(" step = 0.2,", "").replace("equilibration = 4", "equilibration = 60")
-    plan, seen = SceneFile.from_toml(text), []
-
-    def killed(fraction, stage):
-        seen.append((stage, fraction))
-        if stage == "Equilibrating" and fraction > 0.5:
-            raise Killed
-
-    whole = carom.run(plan, tmp_path / "whole").summary["barostat"]
-    with pytest.raises(Killed):
-        carom.run(plan, tmp_path / "cut", progress=killed)
-    assert [each for each in seen if each[0] == "Equilibrating" and 0.0 < each[1] < 0.5]
-    assert carom.resume(tmp_path / "cut").summary["barostat"] == whole
-    assert_same_run(tmp_path / "whole", tmp_path / "cut")
-    assert 0.0 < whole["step"] < 1.0
+def test_volumes_that_are_drawn_are_told_and_refuse_nothing(tmp_path):
+    plan = SceneFile.from_toml(TOML.replace(" step = 0.2,", ""))
+    found = carom.run(plan, tmp_path / "drawn").summary["barostat"]
+    assert found["step"] is None
+    assert found["accepted"] == found["tried"] > 80
     assert SceneFile.from_toml(plan.to_toml()) == plan
+    assert "volume moves" not in CliRunner().invoke(app, ["info", str(tmp_path / "drawn")]).output

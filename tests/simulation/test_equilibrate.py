@@ -10,7 +10,7 @@ from carom.errors import CaromWarning, InputError
 from carom.models import Gravity, SquareWell
 from carom.models.drives import Andersen
 from carom.models.white_noise import WhiteNoise
-from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.measuring.equilibration import StructuralRelaxation
 
 
 def test_hard_spheres_are_scaled_once_and_keep_their_temperature():

@@ -12,10 +12,10 @@ import carom
 from carom.cli import app
 from carom.cli.results import _health
 from carom.errors import InputError
+from carom.geometry.overlaps import Overlap
 from carom.models import Ball, Bonds, Plane, Segment, Shear, SphericalContainer, SquareWell, chains
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
-from carom.scene.overlaps import Overlap
 from carom.simulation.measuring.depths import in_frames
 from carom.studies.runs import underway
 

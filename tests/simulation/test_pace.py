@@ -6,7 +6,7 @@ import pytest
 
 import carom
 from carom.engine.neighbors import sectors
-from carom.simulation.pace import COST, FEWEST_STRETCHES, LEAST_SECONDS, STRETCH, Pace
+from carom.simulation.autotune import COST, FEWEST_STRETCHES, LEAST_SECONDS, STRETCH, Pace
 
 N = 100_000
 CALL = 0.01  # wall time of a call of the run loop [s]

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from carom.simulation.workers.signals import SIGNALS, signals_held
+from carom.simulation.workers.thread_pool import SIGNALS, signals_held
 
 
 @pytest.mark.parametrize("number", SIGNALS)

@@ -21,14 +21,15 @@ from scipy.special import sph_harm_y
 from scipy.stats import linregress, norm
 
 import carom
-from carom import spec as specs, studies, theory
-from carom.errors import CaromWarning, FileError, InputError
+from carom import studies, theory
+from carom.errors import InputError
 from carom.models import SquareWell, Steps, StepTable
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.named_walls import axes_without
-from carom.observables import Estimate, drift
+from carom.observables import Estimate
+from carom.observables.analysis import drift
 from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines, folder as tasks
@@ -37,7 +38,6 @@ from carom.studies.eos.measure import Planned, measure
 from carom.studies.eos.order import ORDERS, psi_6, q_6
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
-from carom.studies.lock import owned
 from carom.studies.start import start as start_of
 from carom.studies.study import Failure, perform
 from carom.table import Table
@@ -202,139 +202,10 @@ def test_a_heavier_and_hotter_gas_has_the_same_z_within_five_errors():
 # What is kept.
 
 
-def test_a_study_that_was_cut_short_runs_only_what_is_missing(tmp_path, monkeypatch):
-    out = tmp_path / "study"
-    whole = carom.equation_of_state([0.1, 0.2], **SMALL)
-    carom.equation_of_state([0.1, 0.2], out=out, **SMALL)
-    files = sorted((out / "tasks").glob("*.json"))
-    assert len(files) == 4
-    files[0].unlink()
-    files[1].write_text(files[1].read_text()[:-200])
-    damaged = json.loads(files[2].read_text())
-    damaged["result"]["Z"]["mean"] += 1e-9
-    files[2].write_text(json.dumps(damaged))
-    ran = []
-    monkeypatch.setattr(
-        EquationOfState, "measure", staticmethod(lambda task, look: ran.append(task) or measure(task, look))
-    )
-    again = carom.equation_of_state([0.1, 0.2], out=out, **SMALL)
-    assert len(ran) == 3
-    assert results(again) == results(whole)
-    assert again.complete
-    assert results(load(out)) == results(whole)
-
-
-def test_a_grid_may_grow_and_shrink(tmp_path):
-    out = tmp_path / "study"
-    carom.equation_of_state([0.1, 0.2], replicas=1, out=out, **SMALL)
-    more = carom.equation_of_state([0.2, 0.3], replicas=1, out=out, **SMALL)
-    assert [round(row.packing_fraction, 9) for row in more.table] == [0.2, 0.3]
-    assert len(list((out / "tasks").glob("*.json"))) == 3
-
-
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        ({"seed": 2}, "seed was 1 and is 2 now"),
-        ({"collisions_per_particle": 200}, "collisions_per_particle was 100.0 and is 200.0 now"),
-        ({"scene": {"mass": 2.0}}, "scene was"),
-        ({"dimension": 2}, "dimension was 3 and is 2 now"),
-    ],
-)
-def test_a_changed_study_refuses_to_mix_and_says_what_differs(tmp_path, change, text):
-    carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*.json")}
-    with pytest.raises(FileError, match=text):
-        carom.equation_of_state([0.1], replicas=1, out=tmp_path, **{**SMALL, **change})
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*.json")} == before
-
-
-def test_another_version_does_not_mix(tmp_path, monkeypatch):
-    carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    monkeypatch.setattr(specs, "__version__", "99.0.0")
-    with pytest.raises(FileError, match="version was"):
-        carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-
-
 def test_a_worker_of_another_version_is_refused():
     (task,) = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1).tasks()
     with pytest.raises(InputError, match="same version everywhere"):
         simulate({**task, "version": "0.0.0"})
-
-
-def test_folders_that_hold_no_study_are_refused(tmp_path):
-    with pytest.raises(FileError, match="holds no study"):
-        load(tmp_path)
-    (tmp_path / "study.json").write_text("{}")
-    with pytest.raises(FileError, match="not the description of a study"):
-        carom.equation_of_state([0.1], out=tmp_path, **SMALL)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="is a file"):
-        carom.equation_of_state([0.1], out=tmp_path / "file", **SMALL)
-
-
-def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
-    carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    with owned(tmp_path, ().__contains__), pytest.raises(FileError, match="Another process"):
-        carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-
-
-def test_a_task_that_raises_is_reported_and_the_rest_goes_on(tmp_path, monkeypatch):
-    def fail(task, look):
-        if task["replica"] == 1:
-            raise RuntimeError("out of luck")
-        return measure(task, look)
-
-    monkeypatch.setattr(EquationOfState, "measure", staticmethod(fail))
-    with pytest.warns(CaromWarning, match=r"2 of 4 runs failed.*RuntimeError: out of luck"):
-        study = carom.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
-    assert len(study.records) == 2
-    assert not study.complete
-    assert {failure.reason for failure in study.failures} == {"RuntimeError: out of luck"}
-    monkeypatch.undo()
-    assert carom.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL).complete
-
-
-def test_a_full_disk_keeps_the_results_in_memory_and_writes_them_when_it_can(tmp_path, monkeypatch):
-    store, calls = tasks.Folder.store, []
-
-    def full(self, record):
-        calls.append(record)
-        # Room again when the first two have failed, as after an old file was deleted.
-        if len(calls) <= 2:
-            raise FileError("disk full")
-        store(self, record)
-
-    monkeypatch.setattr(tasks.Folder, "store", full)
-    study = carom.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
-    assert study.complete
-    assert len(list((tmp_path / "tasks").glob("*.json"))) == 4
-
-
-def test_a_disk_that_stays_full_is_told_and_the_results_are_in_the_table(tmp_path, monkeypatch):
-    def full(self, record):
-        raise FileError("disk full")
-
-    monkeypatch.setattr(tasks.Folder, "store", full)
-    with pytest.warns(CaromWarning, match=r"2 results could not be kept: disk full"):
-        study = carom.equation_of_state([0.1], out=tmp_path, **SMALL)
-    assert study.complete
-    assert not list((tmp_path / "tasks").glob("*"))
-    monkeypatch.undo()
-    assert carom.equation_of_state([0.1], out=tmp_path, **SMALL).complete
-    assert len(list((tmp_path / "tasks").glob("*.json"))) == 2
-
-
-def test_progress_counts_work_and_shows_the_table_so_far():
-    seen = []
-    so_far = []
-    carom.equation_of_state([0.1, 0.2], progress=lambda *told: seen.append(told), look=so_far.append, **SMALL)
-    fractions, texts = zip(*seen, strict=True)
-    assert texts == tuple(f"{k} of 4 runs" for k in range(5))
-    assert fractions[-1] == 1.0
-    assert list(fractions) == sorted(fractions)
-    assert [len(study.records) for study in so_far] == list(range(5))
-    assert len(so_far[-1].table) == 2
 
 
 # The table.

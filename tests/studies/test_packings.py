@@ -1,7 +1,5 @@
 """Packings of several seeds in one study: the bits of single packings, means, folder, resume, command."""
 
-import csv
-import json
 import math
 import signal
 
@@ -159,22 +157,11 @@ def test_remnants_of_states_are_swept(study):
 
 def test_the_command_writes_a_folder_for_each_packing(study, tmp_path):
     out = tmp_path / "several"
-    done = typed(*OPTIONS, "--seeds", 2, "--out", out, "--report")
+    done = typed(*OPTIONS, "--seeds", 2, "--out", out)
     assert done.exit_code == 0, done.output
     assert "Means and standard errors over 2 packings" in " ".join(done.stdout.split())
     assert carom.load(out / "seed-2") == study.packings[1]
     assert (out / "pack.png").exists()
-    assert "Packings of 40 disks" in (out / "report.html").read_text(encoding="utf-8")
-    again = typed(*OPTIONS, "--seeds", 3, "--out", out, "--json", "--no-pictures")
-    assert len(json.loads(again.stdout)["table"]) == 3
-    rows = list(csv.DictReader((out / "pack.csv").open(encoding="utf-8")))
-    assert [float(row["packing_fraction"]) for row in rows] == [p.packing_fraction for p in study.packings]
-    of_file = typed(out / "study.toml", "--out", out, "--json")
-    assert json.loads(of_file.stdout)["study"] == study.spec.replaced(pictures=False).words()
-    resumed = CliRunner().invoke(cli.app, ["resume", str(out)])
-    assert resumed.exit_code == 0, resumed.output
-    said = refused("pack", *OPTIONS[:-1], "1e5", "--seeds", 3, "--out", ".", cwd=out)
-    assert "until_Z was 1000000.0 and is 100000.0 now" in said
 
 
 def test_one_packing_and_several_need_folders_of_their_own(study, tmp_path):

@@ -13,7 +13,7 @@ from carom.block import Block
 from carom.frame import Frame
 from carom.models import SquareWell
 from carom.observables import Pressure
-from carom.observables.drift import moved
+from carom.observables.analysis.drift import moved
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.studies.accuracy.measures import theory_of

@@ -1,26 +1,18 @@
 """Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
 
-import dataclasses
 import subprocess
 
 import pytest
-import typer
 from helpers.commands import CAROM, typed
+from helpers.frames import make_frames, write
 from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 
-import carom
-from carom.cli.study import finish, reserve
 from carom.errors import FileError
 from carom.paths import remnants
 from carom.scene_file.sections import SceneSpec
-from carom.studies import executors
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
-from carom.studies.kind_of_studies import STUDIES
 from carom.studies.places import OWN, of_the_user, title
-from carom.studies.saved import load
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -56,25 +48,6 @@ def test_a_folder_holds_one_kind_of_results(tmp_path, command):
             assert content(folder) == before
 
 
-def test_a_folder_of_a_study_is_not_taken_by_another_kind_of_study(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = {name: INTO[name][1] for name in ("eos", "transport", "trade")}
-    words |= {"code": ["9"], "pack": ["--n", "20", "--seeds", "2"]}
-    for kind in STUDIES.values():
-        with Folder(tmp_path / kind.name).begun({"study": kind.Spec.study, "version": "1"}, {}):
-            pass
-        before = (tmp_path / kind.name / "study.json").read_bytes()
-        for other in words.keys() - {kind.name}:
-            done = typed(other, *words[other], "--out", kind.name)
-            (said,) = done.stderr.strip().splitlines()
-            assert (done.exit_code, done.stdout) == (2, ""), (kind.name, other, done.output)
-            assert f"{kind.name} holds the results of another study" in said
-            assert f'study was "{kind.Spec.study}"' in said
-            assert len(said) < 250
-        assert {path.name for path in (tmp_path / kind.name).iterdir()} <= {"study.json", "tasks", ".lock"}
-        assert (tmp_path / kind.name / "study.json").read_bytes() == before
-
-
 @pytest.mark.parametrize("command", INTO)
 def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, command):
     def late(*_):
@@ -89,19 +62,6 @@ def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, comma
     done = typed(command, *words, "--out", tmp_path)
     assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.output
     assert "already" in done.output
-
-
-@pytest.mark.parametrize("command", ["eos", "trade"])
-def test_a_study_stopped_before_its_first_task_has_its_file(tmp_path, monkeypatch, command):
-    def stopped(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(executors, "run", stopped)
-    out = tmp_path / "out"
-    done = typed(command, *INTO[command][1], "--out", out)
-    assert done.exit_code == 130
-    spec = {kind.name: kind.Spec for kind in STUDIES.values()}[command]
-    assert spec.load(out / "study.toml") == load(out).spec
 
 
 def test_where_nothing_was_written_yet_the_same_command_is_named(tmp_path):
@@ -152,22 +112,6 @@ def test_what_somebody_wrote_is_known_by_its_comments(tmp_path):
         assert of_the_user(path) == theirs, text
 
 
-def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
-    spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
-    for name in ("eos.csv", "eos.png", "report.html"):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / name).write_text("mine")
-        with pytest.raises(FileError, match=f"{name} exists already"):
-            reserve(EquationOfState(spec), folder)
-        with Folder(folder).begun(spec.settings(), {}):
-            pass
-        reserve(EquationOfState(spec), folder)
-    (tmp_path / "checkpoint.h5").write_text("")
-    with pytest.raises(FileError, match="holds a run already"):
-        carom.equation_of_state(0.1, n=32, out=tmp_path)
-
-
 def test_a_plan_replaces_a_plan_and_nothing_else(tmp_path):
     PLAN.save(tmp_path)
     PLAN.save(tmp_path)
@@ -191,6 +135,42 @@ def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
     ):
         (tmp_path / name).write_text("")
     assert [path.name for path in remnants(tmp_path, {"rdf.csv"}.__contains__)] == [".rdf.12.tmp.csv"]
+
+
+@pytest.mark.parametrize("inside", ["", "sub"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "run --n 8 --eta 0.1 -c 5 --out", "pack --n 8 --out", "plan Z=0.01 --eta 0.1 --out",
+        "measure a.h5md rdf --out",
+    ],
+)  # fmt: skip
+def test_a_folder_that_is_a_link_to_nothing_is_told_before_anything_is_computed(
+    tmp_path, line, inside, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / "link").symlink_to("gone")
+    done = typed(*line.split(), f"link/{inside}")
+    assert done.exit_code == 2
+    assert "link is a link to gone, which does not exist; create that" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("name", ["l.extxyz", "l.gif", "l.html", "l.toml"])
+def test_a_file_that_is_a_link_to_nothing_is_not_replaced(tmp_path, name, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.h5md", make_frames(3))
+    (tmp_path / name).symlink_to("gone")
+    line = {
+        "l.extxyz": "export a.h5md",
+        "l.gif": "movie a.h5md",
+        "l.html": "view a.h5md --no-open -o",
+        "l.toml": "init",
+    }
+    done = typed(*line[name].split(), name)
+    assert (done.exit_code, (tmp_path / name).is_symlink()) == (2, True), done.output
+    assert "exists already" in done.stderr
 
 
 # Exit codes.
@@ -220,27 +200,6 @@ def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_pat
         for options in ([], ["--json"]):
             done = typed(name, *words, *options)
             assert (done.exit_code, done.stdout) == (2, ""), (name, options, done.output)
-
-
-def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(capsys):
-    study = EquationOfState(StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1))
-    with pytest.raises(typer.Exit) as ended:
-        finish(study)
-    assert ended.value.exit_code == 3
-    assert "0 of 1 runs are done" in capsys.readouterr().err
-    whole = carom.equation_of_state(
-        0.1, n=32, replicas=1, collisions_per_particle=50, equilibration=200, executor="serial"
-    )
-    good = [dataclasses.replace(row, equilibrated=True) for row in whole.table]
-    for rows in (good, [dataclasses.replace(row, equilibrated=False) for row in good]):
-        whole.__dict__["table"] = dataclasses.replace(whole.table, rows=rows)
-        if rows is good:
-            finish(whole)
-        else:
-            with pytest.raises(typer.Exit) as ended:
-                finish(whole)
-            assert ended.value.exit_code == 3
-    assert capsys.readouterr().err == ""
 
 
 # Streams.

@@ -60,22 +60,6 @@ def test_inelastic_spheres_know_no_time_but_that_of_the_flow(grains):
     assert fast.strain == pytest.approx(100.0)
 
 
-def test_a_study_of_a_flow_goes_on_where_it_was_stopped(grains):
-    first, out = grains
-    next((out / "tasks").iterdir()).unlink()
-    half = carom.load(out)
-    assert isinstance(half, ShearFlow)
-    assert not half.complete
-    assert half.run(out=out, executor="serial").table.csv() == first.table.csv()
-    more = carom.shear([0.5, 1.0, 2.0], restitution=0.9, strains=100, out=out, **SMALL)
-    assert more.table.csv().startswith(first.table.csv())
-    for name in ("f.csv", "f.png", "f.html", "f.json"):
-        more.save(out / name)
-        assert (out / name).stat().st_size > 500
-    assert carom.load(out / "f.json").to_dict() == more.to_dict()
-    assert "viscosity" in str(more)
-
-
 def test_one_rate_at_several_packing_fractions_is_drawn_against_the_packing_fraction(grains):
     study, _ = grains
     (axes,) = study.plot().axes

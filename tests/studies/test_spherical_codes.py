@@ -15,9 +15,8 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.studies.codes.climb import climb
-from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.compression import compress, random_points
 from carom.studies.codes.contacts import contact_graph
 from carom.studies.codes.hops import improve
@@ -282,13 +281,11 @@ def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path, withou
     assert (told["angle"], told["seed"], told["reached"]) == (code.to_dict()["angle"], 2, 2)
 
 
-def test_the_command_goes_on_where_it_was(tmp_path, without_growth):
+def test_digits_are_no_other_search(tmp_path, without_growth):
     assert typed(7, "--tries", 2, "--out", tmp_path / "seven").exit_code == 0
-    assert typed(7, "--tries", 4, "--digits", 20, "--out", tmp_path / "seven").exit_code == 0
-    assert without_growth == [1, 2, 3, 4]
+    assert typed(7, "--tries", 2, "--digits", 20, "--out", tmp_path / "seven").exit_code == 0
+    assert without_growth == [1, 2]
     assert carom.load(tmp_path / "seven").code.digits == 20
-    assert "n was 7 and is 8 now" in refused("code", 8, "--out", ".", cwd=tmp_path / "seven")
-    assert carom.resume(tmp_path / "seven", cores=1).complete
 
 
 def test_ctrl_c_prints_and_writes_the_best_so_far(tmp_path, without_growth, monkeypatch):
@@ -305,11 +302,7 @@ def test_ctrl_c_prints_and_writes_the_best_so_far(tmp_path, without_growth, monk
     done = typed(7, "--tries", 5, "--out", tmp_path / "seven")
     assert done.exit_code == 130
     assert "reached by 1 of 2, first by seed 2" in done.stdout
-    assert "2 of 5 tries are done, and the same command goes on" in " ".join(done.stderr.split())
     assert carom.load(tmp_path / "seven" / "code.json").seed == 2
-    monkeypatch.setattr(study, "search", whole)
-    assert typed(7, "--tries", 5, "--out", tmp_path / "seven").exit_code == 0
-    assert without_growth == [1, 2, 3, 4, 5]
 
 
 def test_progress_tells_the_best_so_far(without_growth):
@@ -447,24 +440,6 @@ def test_a_code_that_is_known_needs_no_try_and_one_in_four_dimensions_has_no_pic
         carom.load(tmp_path / "six").plot()
 
 
-def test_files_of_the_user_are_left_as_they_are(tmp_path):
-    (tmp_path / "six").mkdir()
-    (tmp_path / "six" / "points.csv").write_text("mine")
-    for out, sentence in ((tmp_path / "six", "exists already"), (tmp_path / "six.json", "is a folder")):
-        assert sentence in refused("code", 6, "--out", out, cwd=tmp_path)
-
-
-def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeypatch):
-    def full(*_):
-        raise FileError("the disk is full")
-
-    monkeypatch.setattr(SphericalCode, "save", full)
-    done = typed(4, "--out", tmp_path / "four")
-    assert done.exit_code == 2
-    assert "109.47" in done.stdout
-    assert "the disk is full" in done.stderr
-
-
 def found_among_forty(n, k):
     """Return the best code of the first seeds that reach the table, forty at most: the default."""
     for seed, tries in ((0, 1), (1, 3), (4, 12), (16, 24)):
@@ -528,7 +503,7 @@ def test_the_gradient_of_the_repulsion_is_its_derivative():
 
 
 def test_the_caps_of_a_picture_touch_at_the_contacts(monkeypatch):
-    from carom.pictures import caps
+    from carom.figures import caps
 
     drawn = []
     monkeypatch.setattr(caps, "caps", lambda *arguments, **options: drawn.append(arguments))

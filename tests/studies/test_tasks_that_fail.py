@@ -1,15 +1,13 @@
 """A task of a study of one's own that fails, in whatever way, costs itself alone."""
 
-import json
 import math
 import signal
 import sys
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 import pytest
-from helpers.commands import in_this_process
+from helpers.roots import Roots, RootSpec
 from helpers.workers import odd
 
 from carom.errors import CaromWarning, InputError
@@ -38,37 +36,16 @@ FAULTS = {
 }
 
 
-@dataclass(frozen=True)
-class RootSpec(own.Spec):
-    study, about, grid = "roots", "Roots of numbers.", ("x",)
-    x: Annotated[tuple[float, ...], own.several(own.number()), own.Opt("Numbers.")] = (-1.0, 1.0, 4.0)
-
-    def tasks(self):
-        return [{**self.settings(), "x": x} for x in self.x]
-
-
-@dataclass(frozen=True)
-class Row:
-    x: Annotated[float, own.Column("x", "g")]
-    root: Annotated[float, own.Column("root", "g")]
+NUMBERS = RootSpec(x=(-1.0, 1.0, 4.0))
 
 
 def study_of(fault):
     """Return the class of a study in which the task of a negative number has a fault."""
 
     def measure(task, look):
-        return {"root": math.sqrt(task["x"])} if task["x"] >= 0.0 else fault()
+        return Roots.measure(task, look) if task["x"] >= 0.0 else fault()
 
-    @dataclass(frozen=True, repr=False)
-    class Roots(own.Study[RootSpec]):
-        Spec, name = RootSpec, "roots"
-
-        @property
-        def table(self):
-            return own.Table(Row, [Row(r["task"]["x"], r["result"]["root"]) for r in self.records])
-
-    Roots.measure = staticmethod(measure)
-    return Roots
+    return type("Faulty", (Roots,), {"measure": staticmethod(measure)})
 
 
 @pytest.mark.parametrize("executor", ["serial", "threads"])
@@ -76,34 +53,35 @@ def study_of(fault):
 def test_a_task_that_fails_costs_itself_alone(tmp_path, executor, fault, said):
     kind = study_of(fault)
     with pytest.warns(CaromWarning, match="1 of 3 runs failed, the first one at x -1"):
-        study = kind(RootSpec()).run(executor=executor, out=tmp_path)
+        study = kind(NUMBERS).run(executor=executor, out=tmp_path)
     assert [row.root for row in study.table] == [1.0, 2.0]
     assert [failure.task["x"] for failure in study.failures] == [-1.0]
     assert study.failures[0].reason.startswith(said)
     # Both are on the disk, and a study without the fault runs the third.
     assert len(kind.load(tmp_path).records) == 2
-    assert study_of(lambda: {"root": 0})(RootSpec()).run(executor=executor, out=tmp_path).complete
+    assert study_of(lambda: {"root": 0})(NUMBERS).run(executor=executor, out=tmp_path).complete
+
+
+def in_two_parts(task, look):
+    """Stand for a long task, which is killed when it has kept its state for the first time."""
+    if not look.kept.exists():
+        look.kept.write_text("half")
+        raise RuntimeError("the machine was switched off")
+    return {"root": 1.0, "from": look.kept.read_text()}
+
+
+def test_a_long_task_goes_on_where_it_kept_its_state(tmp_path):
+    study = type("Long", (Roots,), {"long": True, "measure": staticmethod(in_two_parts)})(RootSpec(x=(1.0,)))
+    with pytest.warns(CaromWarning, match="switched off"):
+        study.run(executor="serial", out=tmp_path)
+    assert len(list(tmp_path.glob("tasks/*.h5"))) == 1
+    assert study.run(executor="serial", out=tmp_path).records[0]["result"] == {"root": 1.0, "from": "half"}
+    assert not list(tmp_path.glob("tasks/*.h5"))
 
 
 def test_a_study_without_a_table_says_how_far_it_is():
-    @dataclass(frozen=True, repr=False)
-    class Bare(own.Study[RootSpec]):
-        Spec, name, measure = RootSpec, "roots", staticmethod(lambda task, look: {"root": task["x"]})
-
-    assert str(Bare(RootSpec()).run(executor="serial")).startswith("Roots: 3 runs")
-
-
-def test_the_exit_code_tells_of_a_task_that_failed(tmp_path, monkeypatch, capsys):
-    """Nothing is drawn of a study without axes, which is no error."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["roots.py", "--engine", "serial", "--json"])
-    with in_this_process(), pytest.raises(SystemExit) as ended:
-        own.command(study_of(FAULTS["exit"][0]))
-    printed, errors = capsys.readouterr()
-    assert ended.value.code == 3
-    assert [row["root"] for row in json.loads(printed)["table"]] == [1.0, 2.0]
-    assert "SystemExit: no root" in errors
-    assert (tmp_path / "carom-roots" / "roots.csv").is_file()
+    bare = type("Bare", (Roots,), {"table": own.Study.table})
+    assert str(bare(RootSpec()).run(executor="serial")).startswith("Roots of numbers: 2 runs")
 
 
 def test_an_error_that_no_other_process_can_make_again_costs_its_own_task_only():
@@ -123,7 +101,7 @@ def test_an_error_that_no_other_process_can_make_again_costs_its_own_task_only()
 def test_a_result_is_the_same_before_and_after_it_was_a_file(tmp_path):
     result = {"root": np.int64(3), "pair": (np.float32(0.5), True, None), "text": "σ"}
     kind = study_of(lambda: dict(result))
-    records = kind(RootSpec()).run(executor="serial", out=tmp_path).records
+    records = kind(NUMBERS).run(executor="serial", out=tmp_path).records
     assert records == kind.load(tmp_path).records
     assert records[0]["result"] == {"root": 3, "pair": [0.5, True, None], "text": "σ"}
     assert type(records[0]["result"]["root"]) is int

@@ -1,9 +1,7 @@
 """``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
 
 import csv
-import json
 import math
-import signal
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,7 +21,6 @@ from carom.studies.accuracy.scenes import small_scene
 from carom.studies.accuracy.spec import TradeSpec, methods
 from carom.studies.accuracy.study import Trade
 from carom.studies.accuracy.trade import LYAPUNOV, median, melted, method_of
-from carom.studies.signals import Interrupted
 from carom.studies.study import Look
 
 EPS = np.finfo(float).eps
@@ -233,50 +230,18 @@ def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """A comparison that is stopped after two rows, and goes on as the folder of any study does."""
-    folder = tmp_path_factory.mktemp("trade") / "out"
-    patch = pytest.MonkeyPatch()
-    patch.setattr("carom.studies.accuracy.spec.SIZES", (64, 256))
-    patch.setattr("carom.studies.accuracy.spec.STEPS", (1e-1, 1e-2))
-    patch.setattr("carom.studies.accuracy.spec.VERLET", (2e-3,))
-    spec = TradeSpec(seconds=0.05, scene={"dimension": 2, "n": 16, "packing_fraction": 0.3})
-    steps = []
-
-    def stop(fraction, text):
-        steps.append(text)
-        if text.startswith("2 of"):
-            signal.raise_signal(signal.SIGINT)
-
-    with pytest.raises(Interrupted) as stopped:
-        Trade(spec).run(out=folder, progress=stop)
-    two = {path.name: path.read_bytes() for path in (folder / "tasks").iterdir()}
-    study = carom.resume(folder)
-    assert {name: (folder / "tasks" / name).read_bytes() for name in two} == two
-    yield study, folder, (stopped.value.so_far, steps)
-    patch.undo()
-
-
-def test_a_comparison_goes_on_and_is_loaded_as_any_study(finished, tmp_path):
-    study, folder, (first, steps) = finished
-    assert (len(first.records), steps) == (2, ["0 of 14 rows", "1 of 14 rows", "2 of 14 rows"])
-    assert (study.complete, study.engine, len(study.records)) == (True, "serial", 14)
-    again = carom.load(folder)
-    assert again.rows == study.rows
-    assert TradeSpec.from_toml(study.spec.to_toml()) == study.spec
-    for how in ({"executor": "processes"}, {"cores": 2}):
-        with pytest.raises(InputError, match="run one after the other"):
-            Trade(study.spec).run(**how)
-
-
-def test_no_time_stands_in_a_result_of_a_comparison(finished):
-    for record in finished[0].records:
-        assert not {"cpu_seconds", "collisions_per_second"} & record["result"].keys()
-        json.dumps(record, allow_nan=False)
+def finished():
+    """A comparison in small."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("carom.studies.accuracy.spec.SIZES", (64, 256))
+        patch.setattr("carom.studies.accuracy.spec.STEPS", (1e-1, 1e-2))
+        patch.setattr("carom.studies.accuracy.spec.VERLET", (2e-3,))
+        spec = TradeSpec(seconds=0.05, scene={"dimension": 2, "n": 16, "packing_fraction": 0.3})
+        yield Trade(spec).run()
 
 
 def test_the_tables_hold_what_was_found(finished, tmp_path):
-    study = finished[0]
+    study = finished
     for name, save in study.files().items():
         save(tmp_path / name)
     for name, rows in (("trade", study.rows), ("sizes", study.sizes), ("sampling", study.sampling)):
@@ -309,7 +274,7 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
 
 
 def test_the_comparison_shows_what_the_paper_says(finished):
-    rows = {row.method: row for row in finished[0].rows}
+    rows = {row.method: row for row in finished.rows}
     event_driven, step = rows["float64"], rows["step 0.1"]
     assert event_driven.worst_overlap < 1e-12 < step.worst_overlap
     assert event_driven.error_1 < 1e-12 < step.error_1

@@ -378,17 +378,6 @@ def test_z_by_both_routes_has_the_smallest_error(study):
     assert row.Z.mean == pytest.approx(right, abs=FIVE * row.Z.error)
 
 
-def test_a_study_goes_on_where_it_was_stopped(study):
-    first, out, settings = study
-    next((out / "tasks").iterdir()).unlink()
-    again = carom.transport(0.15, **settings, executor="serial", out=out)
-    assert str(again) == str(first)
-    assert again.complete
-    for name in ("t.csv", "t.png", "t.html"):
-        again.save(out / name)
-        assert (out / name).stat().st_size > 500
-
-
 @pytest.mark.slow
 def test_identical_species_diffuse_and_conduct_as_one(study):
     species = [{"name": "a", "fraction": 0.5}, {"name": "b", "fraction": 0.5}]

@@ -12,8 +12,8 @@ from MDAnalysis.analysis.msd import EinsteinMSD
 
 import carom
 import carom.io
-from carom.bridges.palette import FACES, rgb
 from carom.errors import CaromWarning, InputError
+from carom.figures.palette import FACES, rgb
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -7,7 +7,7 @@ import pytest
 from helpers.frames import frames_of, write
 
 import carom.io
-from carom.bridges.palette import FACES, rgb
+from carom.figures.palette import FACES, rgb
 
 pytestmark = [pytest.mark.slow, pytest.mark.needs("OVITO")]
 

@@ -19,20 +19,20 @@ from carom.bridges.embedding import (
     require_at_most_three,
     symbols_of,
 )
-from carom.bridges.palette import colors_of
+from carom.figures.palette import colors_of
 
 if TYPE_CHECKING:
     import ase
 
-    from carom.frame import Frame
+    from carom.configuration import Configuration
 
 
-def to_ase(frame: Frame) -> ase.Atoms:
+def to_ase(frame: Configuration) -> ase.Atoms:
     """Return a frame as an ``ase.Atoms``, with the symbol X or species' names that are chemical symbols.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Configuration
         A frame in at most three dimensions. Missing coordinates become 0, and their axes are not periodic.
 
     Returns

@@ -14,7 +14,7 @@ import numpy as np
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.frame import Frame
+    from carom.configuration import Configuration
 
 _ELEMENTS = """
 H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr
@@ -59,7 +59,7 @@ def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(box) + (max(box),) * (3 - len(box))
 
 
-def cell_of(frame: Frame) -> np.ndarray:
+def cell_of(frame: Configuration) -> np.ndarray:
     """Return the edges of the cell, a vector a row: (3, 3), or (d, d) in more dimensions."""
     cell = np.diag(np.array(edges(tuple(frame.box))))
     if frame.tilt:
@@ -67,7 +67,7 @@ def cell_of(frame: Frame) -> np.ndarray:
     return cell
 
 
-def upright(frame: Frame) -> np.ndarray:
+def upright(frame: Configuration) -> np.ndarray:
     """Return positions (n, d) in the box with right angles, which is a cell of a sheared lattice as well."""
     if not frame.tilt:
         return frame.positions
@@ -81,14 +81,14 @@ def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
     return (*flags, *(False,) * (3 - len(flags)))
 
 
-def names_of(frame: Frame) -> tuple[str, ...]:
+def names_of(frame: Configuration) -> tuple[str, ...]:
     """Return the names of a frame's species: by default their numbers, or X for a frame without species."""
     if frame.species is None:
         return ("X",)
     return frame.species_names or tuple(str(k) for k in range(int(frame.species.max()) + 1))
 
 
-def symbols_of(frame: Frame) -> list[str]:
+def symbols_of(frame: Configuration) -> list[str]:
     """Return the chemical symbols of the species, or X for each, as ASE fails with any other name."""
     names = names_of(frame)
     return list(names) if all(name in SYMBOLS for name in names) else ["X"] * len(names)

@@ -87,8 +87,9 @@ def view(
     carom view run/events.h5 --from 0 --to 2.5
     """
     from carom.cli.screen import watched
+    from carom.drawing.page import is_page
     from carom.errors import InputError
-    from carom.pictures.view import is_page, rules_beside, view as shown
+    from carom.pictures.view import rules_beside, view as shown
     from carom.studies.kinds import kind_at
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):

@@ -15,14 +15,13 @@ import typer
 from carom.cli.heartbeat import say
 from carom.cli.tables import Screen
 from carom.cli.trouble import PARTLY
-from carom.scene.description import particles
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.packing import Packing
 from carom.studies.planner.outcome import Outcome
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.table import Table, decimals, facts, of_texts
-from carom.texts import superscript, typed, visible
+from carom.texts import particles, superscript, typed, visible
 
 EPSILON = sys.float_info.epsilon
 """Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""
@@ -186,7 +185,8 @@ def _physics(summary: dict[str, Any]) -> Table:
     if barostat := summary.get("barostat"):
         reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
         shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))
-        shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
+        if barostat["step"] is not None:
+            shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
     if (rate := summary["collision_rate"])["mean"] is not None:
         shown.append(("collision rate of one", _with_error(rate)))
     if (swaps := summary.get("swaps")) and swaps["tried"]:

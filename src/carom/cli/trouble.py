@@ -75,7 +75,7 @@ def started(command: Any) -> None:
     """Run a command to the end of the process, with its exit code."""
     import typer
 
-    from carom.pictures.importing import nobody_reads_docstrings
+    from carom.figures.style import nobody_reads_docstrings
 
     whole_streams()
     nobody_reads_docstrings()

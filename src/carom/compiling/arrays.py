@@ -135,13 +135,10 @@ class Arrays(Arithmetic):
 
     def item(self, value: Any, index: Any) -> Any:
         """Return what is in brackets: an element, a row, or a part of a tuple."""
-        value, index = self.get(value), self.get(index)
-        if isinstance(value, Lined):
-            if isinstance(index, Candidate):
-                return self.read(value.lane, self.element(value.lane, value.address))
-            value = value.array
-        if isinstance(value, Known):
-            value = self.constant(value)
+        index = self.get(index)
+        if isinstance(value, Lined) and isinstance(index, Candidate):
+            return self.read(value.lane, self.element(value.lane, value.address))
+        value = self.whole(value)
         if isinstance(value, Several):
             return self.part(value, index)
         if isinstance(value, Array):
@@ -155,6 +152,13 @@ class Arrays(Arithmetic):
         if isinstance(value, Known) and isinstance(value.value, dict):
             raise Untranslatable("a dictionary is not known here: write fields, or a tuple")
         raise Untranslatable(f"{described(value)} has no elements")
+
+    def whole(self, value: Any) -> Any:
+        """Return what has parts: a tuple or an array, also of one that is known, or that has lanes."""
+        value = self.get(value)
+        if isinstance(value, Known):
+            return self.constant(value)
+        return value.array if isinstance(value, Lined) else value
 
     def constant(self, value: Known) -> Any:
         """Return a tuple or an array that is known as a value with parts."""
@@ -229,11 +233,7 @@ class Arrays(Arithmetic):
 
     def attribute(self, value: Any, name: str) -> Any:
         """Return what stands after a point."""
-        value = self.get(value)
-        if isinstance(value, Lined):
-            value = value.array
-        if isinstance(value, Known):
-            value = self.constant(value)
+        value = self.whole(value)
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
             if name.startswith("_"):
@@ -280,11 +280,7 @@ class Arrays(Arithmetic):
 
     def length(self, value: Any) -> Any:
         """Return the length of a tuple, or along the first dimension of an array."""
-        value = self.get(value)
-        if isinstance(value, Known):
-            value = self.constant(value)
-        if isinstance(value, Lined):
-            value = value.array
+        value = self.whole(value)
         if isinstance(value, Several):
             return Known(len(value.items))
         if isinstance(value, Array):

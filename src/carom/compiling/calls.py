@@ -224,12 +224,12 @@ class Calls(Variables):
 
     def call_cold(self, function: Any, values: list[Any]) -> Any:
         """Call a function of its own: numbers and pointers are its parameters, all else is in the context."""
+        given = ["ptr %context"]
         values = [self.get(each) for each in values]
-        key = (function, self.flags, *map(_static, values))
+        key = (function, self.flags, *(self._apart(each, given) for each in values))
         if key not in self.module.cold:
             self.module.cold[key] = self._cold(function, values)
         name, llvm, result, faulty = self.module.cold[key]
-        given = ["ptr %context", *(f"{kind} {text}" for kind, text in self._passed(values))]
         if llvm == "void":
             self.emit(f"call void @{name}({', '.join(given)})")
             whole = ""
@@ -301,21 +301,25 @@ class Calls(Variables):
         inside.finish(llvm, parameters, "internal", "noinline nounwind")
         return name, llvm, result, inside.faulty
 
-    def _passed(self, values: list[Any]) -> list[tuple[str, str]]:
-        """Return the types and texts of what a cold function is given."""
-        found = []
-        for value in values:
-            if isinstance(value, Number):
-                found.append((value.type.llvm, value.text))
-            elif isinstance(value, Several):
-                found += self._passed(value.items)
-            elif isinstance(value, Record):
-                found.append(("ptr", self.place(value.address)))
-            elif isinstance(value, Array):
-                if not isinstance(value.data, Leaf):
-                    found.append(("ptr", self.place(value.data)))
-                found += self._passed(value.lengths)
-        return found
+    def _apart(self, value: Any, given: list[str]) -> Any:
+        """Return what of a value a cold function depends on, and add what it is given at run time."""
+        if isinstance(value, Number):
+            given.append(f"{value.type.llvm} {value.text}")
+            return type(value), value.type, value.natural
+        if isinstance(value, Several):
+            return (value.cls, *(self._apart(each, given) for each in value.items))
+        if isinstance(value, Record):
+            given.append(f"ptr {self.place(value.address)}")
+            return "record", value.dtype
+        if isinstance(value, Array):
+            data = value.data if isinstance(value.data, Leaf) else None
+            if data is None:
+                given.append(f"ptr {self.place(value.data)}")
+            lengths = (self._apart(each, given) for each in value.lengths)
+            return ("array", value.dtype, data, value.local, value.constant, *lengths)
+        if isinstance(value, Known):
+            return "known", repr(value.value) if value.type else id(value.value), value.type
+        return value if isinstance(value, Leaf) else object()  # nothing that another call could have, too
 
     def finish(self, llvm: str, parameters: list[str], linkage: str, attributes: str) -> None:
         """Add the function to its module."""
@@ -339,21 +343,3 @@ def _flat(lines: list[Any]) -> list[str]:
         else:
             found.append(each)
     return found
-
-
-def _static(value: Any) -> Any:
-    """Return what of a value a cold function depends on."""
-    if isinstance(value, Known):
-        return "known", repr(value.value) if value.type else id(value.value), value.type
-    if isinstance(value, Number):
-        return type(value), value.type, value.natural
-    if isinstance(value, Leaf):
-        return value
-    if isinstance(value, Record):
-        return "record", value.dtype
-    if isinstance(value, Several):
-        return (value.cls, *map(_static, value.items))
-    if isinstance(value, Array):
-        data = value.data if isinstance(value.data, Leaf) else None
-        return ("array", value.dtype, data, value.local, value.constant, *map(_static, value.lengths))
-    return object()  # nothing that another call could have, too

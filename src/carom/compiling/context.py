@@ -6,6 +6,7 @@ first element and its lengths. Whoever calls holds the arrays for as long.
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 import numpy as np
@@ -52,18 +53,36 @@ class Flat:
         elif isinstance(value, str):
             self.kind.append(("text", value))
         elif isinstance(value, np.ndarray):
-            if not value.flags.c_contiguous:
-                raise ValueError(f"An array of shape {value.shape} must be contiguous.")
-            shape = value.shape
-            self.kind += (value.dtype, len(shape))
-            self.words.append(value.ctypes.data)
-            self.words += shape
-            self.form.append("Q" + "q" * len(shape))
+            known = _arrays.get(id(value))
+            _, kinds, words, form = known if known and known[0]() is value else _noted(value)
+            self.kind += kinds
+            self.words += words
+            self.form.append(form)
         else:
             number = _type_of(value)
             self.kind.append(number)
             self.words.append(bool(value) if number is BOOL else value)
             self.form.append("d" if number.is_float else "q" if number.signed or number is BOOL else "Q")
+
+
+_arrays: dict[int, tuple[Any, tuple[Any, ...], tuple[int, ...], str]] = {}
+"""What arrays are as arguments, by ``id``: NumPy needs microseconds to say where one lies."""
+
+
+def _noted(value: np.ndarray) -> tuple[Any, tuple[Any, ...], tuple[int, ...], str]:
+    """Note for as long as an array lives what it is among the arguments, and return it."""
+    if not value.flags.c_contiguous:
+        raise ValueError(f"An array of shape {value.shape} must be contiguous.")
+    key, shape = id(value), value.shape
+    reference = weakref.ref(value, lambda gone: _forget(key, gone))
+    words = value.ctypes.data, *shape
+    _arrays[key] = found = reference, (value.dtype, len(shape)), words, "Q" + "q" * len(shape)
+    return found
+
+
+def _forget(key: int, gone: Any) -> None:
+    if key in _arrays and _arrays[key][0] is gone:  # another may be there by now
+        del _arrays[key]
 
 
 def _type_of(value: Any) -> Type:

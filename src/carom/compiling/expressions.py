@@ -87,8 +87,7 @@ class Expressions(Calls):
 
     def _cut(self, scope: Scope, value: Any, node: ast.Slice) -> Any:
         """Return a part of a tuple, or rows of an array."""
-        if isinstance(value, Known):
-            value = self.constant(value)
+        value = self.whole(value)
         step = self.expr(scope, node.step) if node.step else Known(1)
         low = self.expr(scope, node.lower) if node.lower else None
         high = self.expr(scope, node.upper) if node.upper else None

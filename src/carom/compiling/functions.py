@@ -43,9 +43,7 @@ def compiled_as(*functions: Any) -> Callable[[Handler], Handler]:
 
 def several(self: Calls, value: Any) -> list[Any]:
     """Return the parts of a tuple, or of an array whose length is known."""
-    value = self.get(value)
-    if isinstance(value, Known):
-        value = self.constant(value)
+    value = self.whole(value)
     if isinstance(value, Several):
         return value.items
     if isinstance(value, Array) and isinstance(value.lengths[0], Known):
@@ -231,30 +229,10 @@ def _of_library(name: str, count: int = 1) -> Handler:
     return handler
 
 
-for _name in [
-    "acos",
-    "acosh",
-    "asin",
-    "asinh",
-    "atan",
-    "atanh",
-    "cbrt",
-    "cos",
-    "cosh",
-    "erf",
-    "erfc",
-    "exp",
-    "exp2",
-    "expm1",
-    "log",
-    "log10",
-    "log1p",
-    "log2",
-    "sin",
-    "sinh",
-    "tan",
-    "tanh",
-]:
+_LIBRARY = (
+    "acos acosh asin asinh atan atanh cbrt cos cosh erf erfc exp exp2 expm1 log log10 log1p log2 sin sinh"
+)
+for _name in f"{_LIBRARY} tan tanh".split():
     for _place in (math, np):
         if hasattr(_place, _name):
             FUNCTIONS[getattr(_place, _name)] = _of_library(_name)
@@ -379,20 +357,8 @@ def _a_dtype(self: Calls, given: Any) -> Any:
     return Known(np.dtype(given.value))
 
 
-for _name in (
-    "print",
-    "open",
-    "input",
-    "sorted",
-    "map",
-    "filter",
-    "list",
-    "dict",
-    "set",
-    "str",
-    "iter",
-    "next",
-):
+_REFUSED = "print open input sorted map filter list dict set str iter next"
+for _name in _REFUSED.split():
     FUNCTIONS[getattr(builtins, _name)] = lambda self, *given, _name=_name, **named: _refused(_name)
 
 

@@ -95,8 +95,7 @@ class Translator(Expressions):
     def assign(self, scope: Scope, target: Any, value: Any) -> None:
         """Give a target a value."""
         if isinstance(target, ast.Tuple | ast.List):
-            if isinstance(value, Known):
-                value = self.constant(value)
+            value = self.whole(value)
             if isinstance(value, Array) and isinstance(self.get(value.lengths[0]), Known):
                 value = Several(tuple, [self.item(value, Known(k)) for k in range(value.lengths[0].value)])
             if not isinstance(value, Several) or len(value.items) != len(target.elts):
@@ -292,9 +291,7 @@ class Translator(Expressions):
             else:
                 self._counted(scope, node, start, stop, step, end, breaks, lambda k: k)
         else:
-            value = self.expr(scope, given)
-            if isinstance(value, Known):
-                value = self.constant(value)
+            value = self.whole(self.expr(scope, given))
             if isinstance(value, Several):
                 self._written_out(scope, node, value.items, end, leaves, breaks)
             elif isinstance(value, Array):

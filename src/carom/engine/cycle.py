@@ -1,4 +1,4 @@
-"""The main cycle of the paper's Figure 2, written once: it knows the basic functions, and no physics.
+"""The main cycle of the paper's Figure 6.1, written once: it knows the basic functions, and no physics.
 
 But both halves of a collision are processed in one cycle: otherwise the second is pending in its old state
 when the first is scheduled, and the printed cycle stalls (docs/algorithm).

@@ -19,7 +19,7 @@ EARLIER = 2.0**-40
 
 
 def predict(model, state, neighbors, calendar, tally, i, now, met, found):
-    """Schedule the next event of i (lines 14 to 23 of Figure 2) from the result ``found`` of its search.
+    """Schedule the next event of i (lines 14 to 23 of Figure 6.1) from the result ``found`` of its search.
 
     ``met`` is the word of the one with which i has just collided, or none. They do not collide again at the
     same time (condition V), even if they overlap and approach by rounding; in a small box they may under

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from carom.errors import FileError, InputError
+from carom.io.array_compression import expected, pack, unpack
 from carom.io.hdf5 import made
 from carom.io.inspection import opened
-from carom.io.packed import expected, pack, unpack
 from carom.paths import existing, reading, replacing, writing
 from carom.version import __version__
 

@@ -29,8 +29,8 @@ from carom.bridges.embedding import (
     spins_of,
     symbols_of,
 )
-from carom.bridges.palette import colors_of
 from carom.errors import FileError
+from carom.figures.palette import colors_of
 from carom.frame import Frame
 from carom.io.extxyz_header import (
     dimension_of,

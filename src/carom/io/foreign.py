@@ -13,37 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.configuration import MOST_SPECIES
 from carom.errors import CaromError, FileError, InputError, warn
 from carom.frame import Frame
 from carom.io.ase import wrapped
 from carom.io.foreign_source import thin
-from carom.io.formats import Reader
+from carom.io.formats import FORMATS, Reader
 from carom.io.validation import narrowed
 from carom.paths import reason
-from carom.scene.species import MOST_SPECIES
 from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.io.foreign_source import RawFrame, Source
-
-SOURCES = {
-    "LAMMPS dump": "lammps.Dump",
-    "LAMMPS data": "lammps.Data",
-    "XYZ": "foreign_formats.Xyz",
-    "GSD": "foreign_formats.Gsd",
-    "H5MD": "foreign_formats.H5md",
-    "PDB": "libraries.Pdb",
-    "GRO": "foreign_formats.Gro",
-    "EDMD": "foreign_formats.Sph",
-    "XTC": "libraries.Xtc",
-    "TRR": "libraries.Xtc",
-    "DCD": "libraries.Dcd",
-    "ASE trajectory": "libraries.Traj",
-    "CIF": "libraries.OfAse",
-    "POSCAR": "libraries.OfAse",
-    "XDATCAR": "libraries.OfAse",
-}
-"""What reads a format, imported when a file of it is opened: all others ask this table."""
 
 _SAID = {
     r"could not convert string (?:to float: )?(.*?)(?: to float64.*)?$": r"\1 where a number was expected",
@@ -57,7 +38,7 @@ Diameter = float | Mapping[str, float]
 class ForeignReader(Reader):
     """Reader of another program's file: one CaromWarning says what was assumed, and what else it holds.
 
-    ``form`` is one of ``SOURCES``. ``diameter``, of all or by species [length], replaces that of the file;
+    ``form`` is one of ``FORMATS``. ``diameter``, of all or by species [length], replaces that of the file;
     ``box`` has periodic edges for files without. With ``torn`` a last frame that cannot be read is left out.
     """
 
@@ -84,7 +65,7 @@ class ForeignReader(Reader):
             checks.number(diameter, "diameter", low=0.0)
         self._diameter = diameter
         with self._understood():
-            module, name = SOURCES[form].split(".")
+            module, name = FORMATS[form].reader.split(".")
             self._source: Source = getattr(importlib.import_module(f"carom.io.{module}"), name)(path)
         try:
             with self._understood():

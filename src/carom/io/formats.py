@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
@@ -25,32 +25,38 @@ if TYPE_CHECKING:
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
 
-#: Suffix, or start of a name -> format that is read from other programs.
-FOREIGN = {
-    ".lammpstrj": "LAMMPS dump",
-    ".dump": "LAMMPS dump",
-    "dump.": "LAMMPS dump",
-    ".data": "LAMMPS data",
-    ".lmp": "LAMMPS data",
-    "data.": "LAMMPS data",
-    ".sph": "EDMD",
-    ".xyz": "XYZ",
-    ".extxyz": "XYZ",
-    ".gsd": "GSD",
-    ".h5md": "H5MD",
-    ".h5": "H5MD",
-    ".pdb": "PDB",
-    ".gro": "GRO",
-    ".xtc": "XTC",
-    ".trr": "TRR",
-    ".dcd": "DCD",
-    ".traj": "ASE trajectory",
-    ".cif": "CIF",
-    ".vasp": "POSCAR",
-    "POSCAR": "POSCAR",
-    "CONTCAR": "POSCAR",
-    "XDATCAR": "XDATCAR",
+
+class Foreign(NamedTuple):
+    """A format of other programs."""
+
+    reader: str
+    """Its class below ``carom.io``, imported when a file of it is opened."""
+    names: tuple[str, ...]
+    """Suffixes, or starts of names, of its files."""
+    text: bool = True
+
+
+FORMATS = {
+    "LAMMPS dump": Foreign("lammps.Dump", (".lammpstrj", ".dump", "dump.")),
+    "LAMMPS data": Foreign("lammps.Data", (".data", ".lmp", "data.")),
+    "EDMD": Foreign("foreign_formats.Sph", (".sph",)),
+    "XYZ": Foreign("foreign_formats.Xyz", (".xyz", ".extxyz")),
+    "GSD": Foreign("foreign_formats.Gsd", (".gsd",), text=False),
+    "H5MD": Foreign("foreign_formats.H5md", (".h5md", ".h5"), text=False),
+    "PDB": Foreign("libraries.Pdb", (".pdb",)),
+    "GRO": Foreign("foreign_formats.Gro", (".gro",)),
+    "XTC": Foreign("libraries.Xtc", (".xtc",), text=False),
+    "TRR": Foreign("libraries.Xtc", (".trr",), text=False),
+    "DCD": Foreign("libraries.Dcd", (".dcd",), text=False),
+    "ASE trajectory": Foreign("libraries.Traj", (".traj",), text=False),
+    "CIF": Foreign("libraries.OfAse", (".cif",)),
+    "POSCAR": Foreign("libraries.OfAse", (".vasp", "POSCAR", "CONTCAR")),
+    "XDATCAR": Foreign("libraries.OfAse", ("XDATCAR",)),
 }
+"""What is read from other programs: all that a new format needs besides its class."""
+
+#: Suffix, or start of a name -> format that is read from other programs.
+FOREIGN = {name: form for form, known in FORMATS.items() for name in known.names}
 
 #: Suffix -> format of another program that is written by :func:`carom.io.convert`.
 EXPORTED = {suffix: FOREIGN[suffix] for suffix in (".lammpstrj", ".dump", ".data", ".dcd", ".pdb")}
@@ -150,7 +156,7 @@ class Reader(Closing, ABC):
         return f"<{self.path}: {holds}>"
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded
+        from carom.drawing.page import embedded
 
         return embedded(self) or in_html(str(self.path), [("frames", str(len(self)))])
 
@@ -165,7 +171,7 @@ class Reader(Closing, ABC):
         InputError
             If xarray is not installed.
         """
-        from carom.bridges.memory import to_xarray
+        from carom.bridges.converters import to_xarray
 
         return to_xarray(list(self))
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic, spins_of
+from carom.configuration import MOST_DIMENSIONS
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
@@ -20,7 +21,6 @@ from carom.io.hdf5 import Input, Output
 from carom.io.inspection import fill_value, growing, names, put
 from carom.io.locks import WriteLock, patiently, under_way
 from carom.paths import reading, reason, writing
-from carom.scene.lattices import MOST_DIMENSIONS
 from carom.version import __version__
 
 if TYPE_CHECKING:

@@ -14,7 +14,16 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events
 from carom.io.foreign_source import PACKED
-from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of, nameless
+from carom.io.formats import (
+    FOREIGN,
+    FORMATS,
+    SUFFIXES,
+    Reader,
+    Writer,
+    foreign_format_of,
+    format_of,
+    nameless,
+)
 from carom.io.locks import under_way
 from carom.paths import PARSE_ERRORS, existing, writable
 from carom.texts import typed
@@ -62,7 +71,7 @@ def open_reader(
             f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}: {nameless(path)}."
         )
     existing(path)
-    if path.suffix.lower() in PACKED and form in ("GSD", "H5MD", "XTC", "TRR", "DCD", "ASE trajectory"):
+    if path.suffix.lower() in PACKED and not FORMATS[form].text:
         raise FileError(f"{path} is compressed, and {form} is not text; unpack the file first.")
     _refuse_states(path)
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):

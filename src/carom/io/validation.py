@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from carom.configuration import MOST_DIMENSIONS, MOST_SPECIES
 from carom.frame import Frame
-from carom.scene.lattices import MOST_DIMENSIONS
-from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
 _WORDS = {"box": "box edges"}  # names of fields in messages, where they differ from those of the frame

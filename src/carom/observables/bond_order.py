@@ -12,21 +12,25 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import factor
 from carom.errors import InputError
+from carom.figures import curves
 from carom.frame import Frame
+from carom.geometry.neighbors import Bonds, nearest, pairs_within, within
+from carom.geometry.overlaps import Geometry, geometry_of_frame
+from carom.geometry.tessellation import voronoi_bonds
 from carom.meant import corrected
-from carom.observables.neighbors import Bonds, nearest, pairs_within, within
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
-from carom.observables.tessellation import voronoi_bonds
 from carom.results import Binned
-from carom.scene.overlaps import Room, room_of_frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NEAREST = {2: 6, 3: 12, 4: 24}
 """Default number of neighbors, by dimension: the number of contacts in the densest lattice."""
@@ -102,19 +106,19 @@ class BondOrder(OfFrames):
         if frame.dimension < 2:
             raise InputError("Bonds on a line have no directions to order; expected a frame of d >= 2.")
         positions = frame.positions[of_species(frame, self.species)]
-        room = room_of_frame(frame)
+        room = geometry_of_frame(frame)
         places = room.wrapped(positions)
         orders, bonds = self._orders(room, places)
         local = float(np.sqrt(np.sum(orders**2, axis=1)).mean())
         whole = float(np.sqrt(np.sum(orders.mean(axis=0) ** 2)))
         return local, whole, bonds / len(places), *self._correlated(room, places, orders)
 
-    def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
+    def _orders(self, room: Geometry, places: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the order of each particle (n, h), zero without neighbors, and the number of bonds."""
         pairs, bonds = self._bonds_of(room, places)
         return orders_of(self.l, len(places), pairs, bonds), len(pairs)
 
-    def _bonds_of(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, Bonds]:
+    def _bonds_of(self, room: Geometry, places: np.ndarray) -> tuple[np.ndarray, Bonds]:
         """Return particle and neighbor of each bond (m, 2), and the function that makes its vectors.
 
         A pair of neighbors has two bonds. There are many, so a portion of vectors is made at a time.
@@ -133,7 +137,7 @@ class BondOrder(OfFrames):
         return nearest(room, places, count)
 
     def _correlated(
-        self, room: Room, places: np.ndarray, orders: np.ndarray
+        self, room: Geometry, places: np.ndarray, orders: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
         if self.rmax is None:
@@ -240,6 +244,14 @@ class BondOrderResult(Binned):
             ("neighbors", self.neighbors),
         ]
         return f"Bond order of degree {self.l}", [(name, each.value_text) for name, each in rows]
+
+    def _draw_into(self, axes: Axes) -> None:
+        seen = np.isfinite(self.correlation)
+        if not seen.any():
+            raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
+        curves.curve(axes, self.middle[seen], self.correlation[seen], self.correlation_error[seen])
+        curves.level(axes, 0.0)
+        axes.set(xlabel="distance r", ylabel="correlation of local orders")
 
     def _columns(self) -> dict[str, Any]:
         if not self.correlation.size:

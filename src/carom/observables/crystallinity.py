@@ -8,20 +8,24 @@ to one cluster.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.figures.palette import INK, PALE
 from carom.frame import Frame
+from carom.geometry.overlaps import geometry_of_frame
 from carom.meant import corrected
 from carom.observables.bond_order import BondOrder, orders_of
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
-from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DEGREE = 6
 
@@ -89,7 +93,7 @@ class Crystallinity(OfFrames):
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        room = room_of_frame(frame)
+        room = geometry_of_frame(frame)
         places = room.wrapped(frame.positions)
         pairs, vectors = self._bonds._bonds_of(room, places)
         orders = orders_of(DEGREE, frame.n, pairs, vectors)
@@ -142,6 +146,15 @@ class CrystallinityResult(Result):
             ("largest cluster", self.largest.value_text),
         ]
         return f"Crystallinity of {counted(self.n, 'particle')}, {counted(self.times.size, 'frame')}", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        axes.plot(self.times, self.solid, ".-", color=PALE, markersize=4, linewidth=0.9, label="solid-like")
+        axes.plot(
+            self.times, self.largest_cluster, ".-", color=INK, markersize=4, linewidth=1.2,
+            label="largest cluster",
+        )  # fmt: skip
+        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="time t", ylabel="particles")
 
     def _columns(self) -> dict[str, Any]:
         return {"time": self.times, "solid": self.solid, "largest_cluster": self.largest_cluster}

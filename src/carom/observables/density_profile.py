@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import INK
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Binned
 from carom.texts import axis_name, counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @corrected()
@@ -121,6 +126,13 @@ class DensityProfileResult(Binned):
         ]
         frames = counted(self.frames, "frame")
         return f"Number density along {axis_name(self.axis)} [1 / length^d], {frames}", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        axes.stairs(self.density, self.edges, color=INK, linewidth=1.2)
+        errors = curves.known(self.error)
+        axes.errorbar(self.middle, self.density, errors, fmt="none", color=INK, linewidth=0.9)
+        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel=axis_name(self.axis), ylabel="number density")
 
     def _columns(self) -> dict[str, Any]:
         return {**self._bins(), "density": self.density, "error": self.error}

@@ -17,16 +17,20 @@ import numpy as np
 
 from carom import checks, jit
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import WARM
 from carom.frame import Frame
 from carom.meant import corrected
+from carom.observables.analysis.self_diffusion import NO_LINE, Line, line_of
+from carom.observables.analysis.waves import Waves
 from carom.observables.of_frames import OfFrames, of_species
-from carom.observables.self_diffusion import NO_LINE, Line, line_of
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
-from carom.observables.waves import Waves
 from carom.results import Result
 from carom.scene import velocities as scene_velocities
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.scene.scene import Scene
 
 KEPT = 16
@@ -416,6 +420,23 @@ class DynamicsResult(Result):
             ("D [length^2 / time]", self._coefficient),
         ]
         return f"Displacements at {self._moments()}, the last {self.times[-1]:g}", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        curves.curve(axes, self.times, self.mean_square, self.mean_square_error, "measured")
+        axes.set_xscale("log")
+        if (self.mean_square > 0.0).all():
+            axes.set_yscale("log")
+            low, high = axes.get_ylim()
+            # At first all fly freely.
+            flights = self.dimension * self.velocity_square.mean * self.times**2
+            axes.plot(self.times, flights, "--", color=WARM, linewidth=1.1, label="free flight, ⟨v²⟩ t²")
+            if np.isfinite(self.fit_first):
+                fitted = np.linspace(self.fit_first, self.fit_last)
+                line = 2 * self.dimension * self.diffusion.mean * fitted + self.fit_offset
+                label = f"2dDt + c, D = {curves.stated(self.diffusion.value_text)}"
+                axes.plot(fitted, line, color=WARM, linewidth=2.4, label=label)
+            axes.set_ylim(low, high)
+        axes.set(xlabel="time t", ylabel="mean square displacement")
 
     @property
     def _coefficient(self) -> str:

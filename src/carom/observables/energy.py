@@ -105,6 +105,7 @@ class EnergyResult(OneNumber):
 
     _main = "U"
     quantity = "the potential energy"
+    _ylabel = "potential energy U of a particle"
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [

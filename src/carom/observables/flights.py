@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.figures import curves
+from carom.figures.palette import GRAY
+from carom.figures.style import shade
 from carom.meant import corrected
 from carom.observables.statistics import Estimate, arrays, ratio, unwarned
 from carom.results import Binned, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class FlightSums(NamedTuple):
@@ -73,6 +79,12 @@ class Distribution(Binned):
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         return f"Distribution in {self.density.size} bins", [("mean", self.mean.value_text)]
 
+    def _draw_into(self, axes: Axes) -> None:
+        curves.curve(axes, self.middle, self.density, self.error)
+        axes.axvline(self.mean.mean, color=GRAY, linestyle="--", linewidth=0.9)
+        label = f"value, mean {curves.stated(self.mean.value_text)}"
+        axes.set(xlabel=label, ylabel="probability density")
+
     def _columns(self) -> dict[str, Any]:
         return {**self._bins(), "density": self.density, "error": self.error}
 
@@ -110,6 +122,19 @@ class FreeFlightsResult(Result):
             rows += [(f"free time{of} [time]", t.mean.value_text)]
             rows += [(f"free path{of} [length]", path.mean.value_text)]
         return "Means of free flights", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        for k, each in enumerate(self.free_time):
+            seen, color = each.density > 0.0, shade(k)
+            label = f"species {k}" if len(self.free_time) > 1 else ""
+            curves.curve(axes, each.middle[seen], each.density[seen], each.error[seen], label, color)
+            # What the density were if a collision did not know when the last one was.
+            rate = float(self.collision_rate[k])
+            law = rate * np.exp(-rate * each.middle[seen])
+            name = None if k else "without memory"
+            axes.plot(each.middle[seen], law, "--", color=color, linewidth=1.0, label=name)
+        axes.set_yscale("log")
+        axes.set(xlabel="free time", ylabel="probability density")
 
     def _columns(self) -> dict[str, Any]:
         found: dict[str, Any] = {"species": np.arange(len(self.free_time))}

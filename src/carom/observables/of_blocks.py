@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.figures import curves
 from carom.observables.statistics import Estimate
 from carom.results import Result
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.scene.scene import Scene
 
 Found = TypeVar("Found", bound=Result)
@@ -62,6 +65,12 @@ class OneNumber(Result):
     quantity: ClassVar[str] = ""
     """Name of the measured quantity, for messages."""
 
+    _ylabel: ClassVar[str] = ""
+    """What stands at the vertical axis of the picture: this number over time, block by block."""
+
+    block_values: tuple[float, ...]
+    block_durations: tuple[float, ...]
+
     def __float__(self) -> float:
         """Return the mean of this number."""
         return float(getattr(self, self._main).mean)
@@ -71,3 +80,8 @@ class OneNumber(Result):
         """The number that a ``relative_error`` refers to."""
         found: Estimate = getattr(self, self._main)
         return found
+
+    def _draw_into(self, axes: Axes) -> None:
+        text = curves.stated(getattr(self, self._main).value_text)
+        curves.running_mean(axes, self.block_durations, self.block_values, text)
+        axes.set_ylabel(self._ylabel)

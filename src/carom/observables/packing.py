@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
 from carom.models.obstacles import Obstacle, checked, outwards, walls
-from carom.scene import overlaps
-from carom.scene.species import Contacts, contact_matrix, labels
+from carom.scene.species import contact_matrix, labels
 from carom.texts import counted
 from carom.theory import ball_volume
 
@@ -276,7 +277,7 @@ def _near(
     matrix = contact_matrix(contact, species, frame.diameters)
     contacts = Contacts(frame.diameters, species, matrix)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    classes, room = contacts.classes, overlaps.room_of_frame(frame)
+    classes, room = contacts.classes, overlaps.geometry_of_frame(frame)
     positions, _ = room.images(frame.positions, 0.0)
     for a, b in itertools.combinations_with_replacement(range(len(classes)), 2):
         reach = (1.0 + REACH) * contacts.reach(a, b)

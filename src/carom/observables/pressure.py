@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -12,22 +12,30 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import InputError, warn
+from carom.figures import curves
+from carom.figures.palette import INK, PALE, THEORIES
+from carom.figures.style import state
 from carom.meant import corrected
 from carom.models.motions.shear import Shear
-from carom.observables.course import Course
+from carom.observables.analysis.drifting_kT import Course
 from carom.observables.of_blocks import OneNumber
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
 from carom.scene.fields import is_elastic, is_simple
 from carom.scene.velocities import kept_by_motion
-from carom.texts import counted, html
+from carom.texts import counted, html, label as label_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.scene.scene import Scene
 
 # With fewer collisions than this, the error of the virial is uncertain by a fifth, and blocks are mostly
 # empty.
 FEW_COLLISIONS = 16
 
+
+# More blocks than this are drawn as means of groups, so that points do not merge.
+MOST_POINTS = 64
 
 # Edge of a box [diameters] and fraction of the freezing density: images bias Z in smaller, denser boxes.
 SMALL, DENSE = 6.0, 0.7
@@ -276,6 +284,45 @@ class PressureResult(OneNumber):
         ]
         title = f"{counted(self.n, 'particle')} at packing fraction {self.packing_fraction:.6g}"
         return title, [(name, e.value_text) for name, e in rows if math.isfinite(e.mean)]
+
+    def _heading(self) -> str:
+        return state(self.n, self.dimension, self.packing_fraction)
+
+    def _draw_into(self, axes: Axes, equations: Mapping[str, theory.Equation | float] | None = None) -> None:
+        """Draw the convergence of Z: block values, the running mean with its error band, and theory."""
+        if not self.block_values:
+            raise InputError("The estimate holds no block of the run, so there is nothing to draw.")
+        durations, values = np.array(self.block_durations), np.array(self.block_values)
+        time = np.cumsum(durations)
+        running = np.cumsum(durations * values) / time
+        z = self.Z
+        group = math.ceil(values.size / MOST_POINTS)
+        means, middles = curves.grouped(values, durations, group)
+        label = "blocks" if group == 1 else f"means of {group} blocks"
+        axes.plot(middles, means, ".", color=PALE, markersize=4, zorder=1, label=label)
+        if math.isfinite(z.error):
+            # The final error times sqrt(total time / time so far): that of a stationary run of that length.
+            half = z.error * np.sqrt(time[-1] / time)
+            low, high = running - half, running + half
+            axes.fill_between(time, low, high, color=INK, alpha=0.18, linewidth=0, zorder=2)
+        label = f"running mean, Z = {curves.stated(z.value_text)}"
+        axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=label)
+        eta = self.packing_fraction
+        if equations is None:
+            fluid = self.simple and self.steady and theory.is_stable_fluid(self.dimension, eta)
+            equations = theory.equations(self.dimension) if fluid else {}
+        shown = [z.mean]
+        law = theory.crystal_finite_size_shift if self.solid else theory.finite_size_shift
+        for (name, equation), (color, line) in zip(
+            equations.items(), THEORIES * len(equations), strict=False
+        ):
+            value = equation(eta) + law(eta, self.n, equation) if callable(equation) else equation
+            shown.append(value)
+            label = f"{label_of(name)}, {value:.4f}"
+            axes.axhline(value, color=color, linestyle=line, linewidth=1.3, zorder=5, label=label)
+        axes.set_xlim(0.0, time[-1])
+        curves.show_convergence(axes, shown, means)
+        axes.set(xlabel="time t", ylabel="compressibility factor Z")
 
     def _repr_html_(self) -> str:
         return super()._repr_html_() + (f"<p>{html(self.note)}</p>" if self.note else "")

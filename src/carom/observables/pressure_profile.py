@@ -12,6 +12,8 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.style import shade
 from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
@@ -19,9 +21,11 @@ from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
 from carom.observables.statistics import shown, unwarned
 from carom.results import Binned
-from carom.texts import counted
+from carom.texts import axis_name, counted
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.frame import Frame
     from carom.scene.scene import Scene
 
@@ -418,6 +422,13 @@ class PressureProfileResult(Binned):
         ]
         title = f"Pressure tensor along axis {self.axis} [energy / length^{self.dimension}]"
         return f"{title}, {counted(self.blocks, 'block')}", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        across = [a for a in range(self.dimension) if a != self.axis]
+        for k, a in enumerate((self.axis, *across)):
+            label = f"$P_{{{2 * axis_name(a)}}}$"
+            curves.curve(axes, self.middle, self.tensor[:, a, a], self.error[:, a, a], label, shade(k))
+        axes.set(xlabel=axis_name(self.axis), ylabel="pressure tensor $P_{aa}$")
 
     def _columns(self) -> dict[str, Any]:
         found = self._bins() | self._with_errors("density")

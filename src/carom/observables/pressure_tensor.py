@@ -9,6 +9,8 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import GRAY, INK, WARM
 from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.models.questions.observer import at_obstacle, at_pair
@@ -16,9 +18,11 @@ from carom.observables.pressure import without_pressure
 from carom.observables.statistics import Estimate, arrays, ratio, shown
 from carom.results import Result
 from carom.scene.velocities import conserved, degrees_of_freedom, peculiar
-from carom.texts import counted
+from carom.texts import axis_name, counted
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.frame import Frame
     from carom.scene.scene import Scene
 
@@ -277,6 +281,15 @@ class PressureTensorResult(Result):
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [(f"P_{a}{b}", shown(self.tensor[a], self.error[a], b)) for a, b in self._pairs()]
         return f"Pressure tensor of {counted(self.n, 'particle')} [energy / length^{self.dimension}]", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        pairs = self._pairs()
+        colors = [INK if a == b else WARM for a, b in pairs]
+        names = [axis_name(a) + axis_name(b) for a, b in pairs]
+        values = ((float(self.tensor[each]), float(self.error[each])) for each in pairs)
+        curves.points(axes, ((n, *v, c) for n, v, c in zip(names, values, colors, strict=True)))
+        axes.axhline(self.pressure.mean, color=GRAY, linestyle="--", linewidth=0.9)
+        axes.set(xlabel="axes a, b", ylabel="pressure tensor $P_{ab}$")
 
     def _columns(self) -> dict[str, Any]:
         axes = np.array(self._pairs()).T

@@ -15,21 +15,26 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from carom import checks
-from carom.arithmetic import exponential, power, pseudo_inverse
+from carom.arithmetic import power
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import INK, WARM
+from carom.figures.style import TOP, shade, state
 from carom.frame import Frame
 from carom.meant import corrected
+from carom.observables.analysis.contact_extrapolation import contact_value
+from carom.observables.analysis.pair_counts import counts_of
 from carom.observables.of_frames import OfFrames, count_pairs, species_pair
-from carom.observables.pair_counts import counts_of
-from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown, unwarned
+from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown
 from carom.results import Binned, Result, from_dict
 from carom.scene.fields import is_equal
 from carom.scene.species import pair_name
-from carom.texts import counted, visible
+from carom.texts import counted, label as label_of, visible
 from carom.theory import ball_volume
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
     from carom.scene.scene import Scene
 
@@ -47,24 +52,6 @@ DEFAULT_REACH = 5.0
 
 # Largest number of bins: each frame keeps a count for every bin.
 MOST_BINS = 10_000_000
-
-# The fit is a parabola in ln g from contact to where g has fallen to half, but at most over a quarter of a
-# diameter. In this range g falls on a single scale at every density. For the reference histograms of the
-# tests (densities 0.5 and 0.8) the parabola is within 1e-3 of the contact value that the pressure implies,
-# and a cubic only has more noise. In a crystal g has fallen to a fifth within that range, and the parabola is
-# 1 % too low at packing fraction 0.6 and 7 % at 0.7; there it is a cubic down to that fifth.
-REACH = 0.25
-FALL = 0.5
-DEGREE = 2
-CRYSTAL_FALL = 0.2
-CRYSTAL_DEGREE = 3
-
-# Blocks of frames for the jackknife: they give the error to 10 %, and are few enough to be cheap.
-JACKKNIFE = 64
-
-# Gauss quadrature with three points on (-1, 1).
-NODES = (-math.sqrt(0.6), 0.0, math.sqrt(0.6))
-WEIGHTS = (5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0)
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
@@ -153,6 +140,34 @@ class RDFResult(Binned):
             rows.append(("g(σ+)", self.contact_value.value_text))
         return f"g(r) of {counted(self.n, 'particle')} at packing fraction {self.packing_fraction:.6g}", rows
 
+    def _heading(self) -> str:
+        title = state(self.n, self.dimension, self.packing_fraction)
+        return f"{title}, {counted(self.frames, 'frame')}"
+
+    def _draw_into(self, axes: Axes, contact_value: Estimate | None = None) -> None:
+        """Draw g(r), with the region near contact enlarged, and the contact value by the pressure."""
+        unit = self.diameter or 1.0
+        r, g, error, edges = self.r / unit, self.g, self.error, self.edges / unit
+        curves.level(axes, 1.0, zorder=1)
+        curves.curve(axes, r, g, error)
+        if edges[0] > 0.0:
+            # g is zero below contact, and jumps at contact.
+            axes.plot([0.0, edges[0], edges[0]], [0.0, 0.0, g[0]], color=INK, linewidth=1.4, zorder=3)
+        axes.set_xlim(max(edges[0] - 0.15 * (edges[-1] - edges[0]), 0.0), edges[-1])
+        # Of a bin that is all but empty the error says more of the bin than of g.
+        reach = np.where(error < g, g + error, g)
+        top = 1.12 * float(np.max(reach))
+        if self.contact_value is not None:
+            # The inset lies above the right half, from 0.4 of the height on.
+            far = reach[edges[1:] > 0.5 * sum(axes.get_xlim())]
+            top = max(top, float(np.max(far)) / 0.38)
+        axes.set_ylim(0.0, top)
+        axes.set_xlabel("distance r/σ" if self.diameter else "distance r")
+        axes.set_ylabel("radial distribution function g(r)")
+        if self.contact_value is not None and (near := self.r < 1.25 * unit).sum() >= 3:
+            marked = [("extrapolated", self.contact_value), ("from the pressure", contact_value)]
+            _draw_contact(axes, r[near], g[near], error[near], marked)
+
     def __str__(self) -> str:
         contact = "" if self.contact_value is None else f"; contact value {self.contact_value.value_text}"
         return (
@@ -174,6 +189,27 @@ class RDFResult(Binned):
         found = super().to_dataframe()
         found.insert(0, "r", self.r)
         return found
+
+
+def _draw_contact(
+    axes: Axes, r: np.ndarray, g: np.ndarray, error: np.ndarray, marked: list[tuple[str, Estimate | None]]
+) -> None:
+    """Draw the first quarter of a diameter enlarged, with the contact values at its left border."""
+    inset = axes.inset_axes((0.52, 0.48, 0.46, 0.44))
+    inset.errorbar(r, g, error, fmt=".", color=INK, markersize=4, linewidth=0.8)
+    looks = (("D", INK, 3.5), ("o", WARM, 8.0))
+    for (name, value), (marker, color, size) in zip(marked, looks, strict=True):
+        if value is None or not (name == "extrapolated" or math.isfinite(value.mean)):
+            continue
+        half = value.error if math.isfinite(value.error) else 0.0
+        inset.errorbar(
+            [1.0], [value.mean], [half], fmt=marker, color=color, markersize=size,
+            markerfacecolor="none", capsize=2, label=f"{name} {curves.stated(value.value_text)}",
+        )  # fmt: skip
+    inset.set_xlim(0.98, 1.25)
+    inset.set_title("contact value g(σ⁺)", fontsize=8.5, y=TOP)
+    inset.tick_params(labelsize=7.5)
+    inset.legend(fontsize=7.5, frameon=False, loc="best", handletextpad=0.2)
 
 
 _Wanted = Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]]
@@ -268,7 +304,7 @@ class RDF(_Histograms):
     the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame;
     by default the bins end at half of the shortest edge of the smallest box.
 
-    Compiled code counts the pairs over sorted cells (``carom.observables.pair_counts``), in double precision,
+    Compiled code counts the pairs over sorted cells (``analysis.pair_counts``), in double precision,
     in as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs
     in contact, and those that overlap by no more than the rounding of positions stored in single precision
     (1.2e-7 box edges), belong to the first bin.
@@ -317,6 +353,26 @@ class PartialRDFResult(Result, dict[str, RDFResult]):
         highest = [(found, int(np.argmax(found.g))) for found in self.values()]
         texts = [f"{shown(found.g, found.error, k)} at r = {found.r[k]:.4g}" for found, k in highest]
         return "Highest g(r) of each pair", list(zip(self, texts, strict=True))
+
+    def _heading(self) -> str:
+        return next(iter(self.values()))._heading()
+
+    def _draw_into(self, axes: Axes) -> None:
+        if not self:
+            raise InputError("There is no g(r), so there is nothing to draw.")
+        unit = max(found.diameter for found in self.values())
+        curves.level(axes, 1.0, zorder=1)
+        for k, (name, found) in enumerate(self.items()):
+            r, g, error, color = found.r / unit, found.g, found.error, shade(k)
+            axes.fill_between(r, g - error, g + error, color=color, alpha=0.25, linewidth=0, zorder=2)
+            # g is zero below contact, and jumps at contact.
+            contact = found.edges[0] / unit
+            label = label_of(name)
+            axes.plot(
+                [contact, contact, *r], [0.0, g[0], *g], color=color, linewidth=1.3, label=label, zorder=3
+            )
+        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="distance r/σₘₐₓ", ylabel="partial distribution function gᵢⱼ(r)")
 
     def _words(self) -> dict[str, Any]:
         return {"pairs": {name: found.to_dict() for name, found in self.items()}}
@@ -546,123 +602,3 @@ def _errors(weighted: np.ndarray, larger: np.ndarray, expected: np.ndarray) -> n
     for k in np.flatnonzero(total):
         errors[k] = blocking(weighted[:, k]).error / expected[k]
     return errors
-
-
-def contact_value(
-    counts: np.ndarray, ideal: np.ndarray, edges: np.ndarray, dimension: int
-) -> Estimate | None:
-    """Extrapolate g to contact.
-
-    Parameters
-    ----------
-    counts : (frames, m) int array
-        Pairs in each bin of each frame, in order of time.
-    ideal : (m,) float array
-        Expected counts of an ideal gas.
-    edges : (m + 1,) float array
-        Edges of the bins [length]; the first is the diameter.
-    dimension : int
-        d.
-
-    Returns
-    -------
-    Estimate or None
-        None for a diameter of zero, if no pair was seen near contact, or if bins are too wide for the first
-        peak of a crystal: fewer than six of them until g has fallen to a fifth. Its ``n_eff`` and ``tau`` are
-        in blocks of frames. With fewer than 8 frames the error is that of independent pairs, with fewer than
-        64 at least that; where it is that error, ``n_eff`` is the number of frames.
-
-    Notes
-    -----
-    ``ln g`` is a parabola in r - sigma (of lower degree with fewer than five bins), fitted by maximum
-    likelihood to Poisson counts. It is averaged over each shell by three-point Gauss quadrature, so that the
-    width of the bins introduces no bias. The range ends where g, smoothed over three bins, has fallen to half
-    of its first value, and at 0.25 diameters at the latest. Where it falls to a fifth within these, as in
-    crystals, the range ends there, and ``ln g`` is a cubic. The error is by a jackknife over up to 64 blocks
-    of frames. The pseudo-values pass through :func:`carom.observables.blocking`, so that correlated frames do
-    not make it too small.
-    """
-    total = counts.sum(axis=0)
-    used, degree = _range(total / ideal, edges)
-    if used == 0 or total[:used].sum() == 0:
-        return None
-    fit = _Fit(ideal[:used], edges[: used + 1], dimension, degree)
-    frames = counts.shape[0]
-    start = fit.start(total[:used], frames)
-    full, variance = fit.solve(total[:used], frames, start)
-    value = math.exp(full[0])
-    independent = Estimate(value, value * math.sqrt(variance), float(frames), 1.0, frames)
-    groups = min(frames, JACKKNIFE)
-    if groups < 8:
-        return independent
-    # Groups have equal sizes, so that pseudo-values are alike; the error leaves out some first frames.
-    size = frames // groups
-    kept = counts[frames - groups * size :, :used].reshape(groups, size, used).sum(axis=1)
-    without = [math.exp(fit.solve(total[:used] - part, frames - size, full)[0][0]) for part in kept]
-    with unwarned():  # As for g: a wide error bar shows too few samples.
-        pseudo = blocking(groups * value - (groups - 1) * np.array(without))
-    if groups < JACKKNIFE and pseudo.error < independent.error:
-        return independent
-    return Estimate(value, pseudo.error, pseudo.n_eff, pseudo.tau, pseudo.blocks)
-
-
-def _range(g: np.ndarray, edges: np.ndarray) -> tuple[int, int]:
-    """Return the number of bins, from contact on, that the fit uses (0 if none will do), and its degree."""
-    diameter = edges[0]
-    if diameter <= 0.0:
-        return 0, 0
-    # A range that ends within rounding of a bin's edge includes that bin.
-    reach = int(np.searchsorted(edges[1:], diameter * (1.0 + REACH) + 0.5 * (edges[1] - diameter)))
-    near = g[: reach + 2]
-    smooth = (near[:-2] + near[1:-1] + near[2:]) / 3.0
-
-    def until(fall: float) -> int:
-        """Return the number of bins until g has fallen to a part of its first value, or 0."""
-        fallen = np.flatnonzero(smooth < fall * smooth[0]) if smooth.size else np.empty(0, dtype=int)
-        return int(fallen[0]) + 1 if fallen.size else 0
-
-    if used := until(CRYSTAL_FALL):
-        return (used, CRYSTAL_DEGREE) if used >= CRYSTAL_DEGREE + 3 else (0, 0)
-    return min(max(until(FALL) or reach, DEGREE + 3), g.size), DEGREE
-
-
-class _Fit:
-    """Poisson likelihood of ``ln g`` as a polynomial, averaged over shells."""
-
-    def __init__(self, ideal: np.ndarray, edges: np.ndarray, dimension: int, degree: int) -> None:
-        nodes, weights = np.array(NODES), np.array(WEIGHTS)
-        half = 0.5 * np.diff(edges)[:, None]
-        r = edges[:-1, None] + half * (1.0 + nodes)
-        shell = weights * power(r, dimension - 1)
-        self.ideal = ideal
-        self.weights = shell / shell.sum(axis=1, keepdims=True)
-        # Two bins more than coefficients, so that the polynomial smooths and does not interpolate noise.
-        degree = max(min(degree, ideal.size - 3), 0)
-        x = (r - edges[0]) / (edges[-1] - edges[0])
-        self.powers = np.stack([power(x, k) for k in range(degree + 1)], axis=-1)
-
-    def start(self, counts: np.ndarray, frames: int) -> np.ndarray:
-        """Return the coefficients of a constant g with the same number of pairs."""
-        coefficients = np.zeros(self.powers.shape[-1])
-        coefficients[0] = math.log(counts.sum() / (frames * self.ideal.sum()))
-        return coefficients
-
-    def solve(self, counts: np.ndarray, frames: int, start: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the coefficients of ln g by Fisher scoring, and the variance of ln g at contact."""
-        a = start
-        inverse = np.eye(a.size)
-        for _ in range(50):
-            g = exponential(np.sum(self.powers * a, axis=-1)) * self.weights
-            expected = frames * self.ideal * g.sum(axis=1)
-            jacobian = (frames * self.ideal)[:, None] * np.sum(g[..., None] * self.powers, axis=1)
-            both = jacobian[:, :, None] * (jacobian / expected[:, None])[:, None, :]
-            information = np.sum(both, axis=0)
-            inverse = pseudo_inverse(information)
-            score = np.sum(jacobian * (counts / expected - 1.0)[:, None], axis=0)
-            step = np.sum(inverse * score, axis=1)
-            # A step from a poor start may be too long; ln g never needs to change by more than 1 at once.
-            a = a + step * min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-300))
-            # Converged when the step is a hundredth of the statistical error.
-            if np.sum(information * step[:, None] * step) < 1e-4:
-                break
-        return a, float(inverse[0, 0])

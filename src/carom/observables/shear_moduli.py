@@ -12,6 +12,8 @@ import numpy as np
 from carom.arithmetic import cosine_and_sine, least_squares
 from carom.block import Block
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import SERIES
 from carom.meant import corrected
 from carom.models.motions.shear import STAGES, Shear
 from carom.observables.statistics import Estimate, FewSamples, blocking, unwarned
@@ -19,6 +21,8 @@ from carom.results import Result
 from carom.texts import counted
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from carom.frame import Frame
     from carom.scene.scene import Scene
 
@@ -152,3 +156,11 @@ class ShearModuliResult(Result):
             f"Shear moduli of {counted(self.n, 'particle')} {unit}, {counted(self.periods, 'period')}",
             rows,
         )
+
+    def _draw_into(self, axes: Axes) -> None:
+        parts = (("storage $G'$", self.storage), ("loss $G''$", self.loss))
+        known = [(each.mean, each.error if math.isfinite(each.error) else 0.0) for _, each in parts]
+        curves.points(
+            axes, ((name, *v, SERIES[k]) for k, ((name, _), v) in enumerate(zip(parts, known, strict=True)))
+        )
+        axes.set(xlabel=f"frequency {self.frequency:.4g}, strain {self.strain:.4g}", ylabel="shear modulus")

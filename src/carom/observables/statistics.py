@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.arithmetic import dot
 from carom.errors import CaromWarning, InputError, warn
-from carom.observables.quantiles import chi_squared_below, student_above
+from carom.observables.analysis.quantiles import chi_squared_below, student_above
 from carom.results import part
 from carom.table import decimals, in_html
 

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.figures import curves
+from carom.figures.palette import INK
 from carom.frame import Frame
+from carom.geometry.overlaps import geometry_of_frame
 from carom.meant import corrected
+from carom.observables.analysis.waves import Waves
 from carom.observables.of_frames import OfFrames, species_pair
 from carom.observables.statistics import arrays, blocking, shown
-from carom.observables.waves import Waves
 from carom.results import Result
-from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SAME = 1e-6  # change of the tilt of a box up to which it is that of rounded files
 
@@ -80,7 +85,7 @@ class StructureFactor(OfFrames):
             checks.number(self.kmax, "kmax", low=0.0, open_low=True)
 
     def _begin(self, first: Frame) -> None:
-        tilt = room_of_frame(first).tilt
+        tilt = geometry_of_frame(first).tilt
         if self.kmax is None:
             self._waves = Waves.of(first.box, SHELLS if self.shells is None else self.shells, tilt)
         else:
@@ -89,7 +94,7 @@ class StructureFactor(OfFrames):
 
     def _of(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
         """Return S at the wave vectors of the frame, and their lengths over those of the first frame."""
-        room, waves = room_of_frame(frame), self._waves.in_box(frame.box)
+        room, waves = geometry_of_frame(frame), self._waves.in_box(frame.box)
         turned = room.tilt - waves.tilt
         if turned and abs(math.remainder(turned, frame.box[0] / frame.box[1])) > SAME:
             raise InputError(
@@ -150,6 +155,13 @@ class StructureFactorResult(Result):
         ]
         seen = counted(self.k.size, "wave number"), counted(self.frames, "frame")
         return f"S(k) of {counted(self.n, 'particle')}, {', '.join(seen)}", rows
+
+    def _draw_into(self, axes: Axes) -> None:
+        curves.level(axes, 1.0)
+        errors = curves.known(self.error)
+        axes.errorbar(self.k, self.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
+        axes.set_xlim(left=0.0)
+        axes.set(xlabel="wave number k", ylabel="structure factor S(k)")
 
     def _columns(self) -> dict[str, Any]:
         return {"k": self.k, "S": self.S, "error": self.error, "vectors": self.vectors}

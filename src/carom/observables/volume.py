@@ -120,6 +120,7 @@ class VolumeResult(OneNumber):
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
     _main = "volume"
+    _ylabel = "volume V"
     quantity = "the volume, which the pressure follows,"
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:

@@ -16,9 +16,9 @@ from carom.meant import corrected
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.wall_names import sides
+from carom.observables.analysis.surface_changes import freed, place_of
 from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio
-from carom.observables.surface_changes import freed, place_of
 from carom.scene.fields import standing
 
 if TYPE_CHECKING:
@@ -52,10 +52,10 @@ class WallPressure(OfBlocks["WallPressureResult"]):
     properties is asked for by its name.
 
     The force on walls, containers, balls and planes along an axis comes from the momentum balance of the
-    whole fluid (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks. It
+    whole fluid (``analysis.momentum_balance``), so that sound waves do not correlate the blocks. It
     differs from the momentum received per time by a term that does not grow with the run. For slanting planes
     and your own obstacles, a regression on their distances removes most of the sound
-    (``carom.observables.surface_changes``). If blocks hold neither, the momentum received is used.
+    (``carom.observables.analysis.surface_changes``). If blocks hold neither, the momentum received is used.
 
     Examples
     --------
@@ -153,6 +153,7 @@ class WallPressureResult(OneNumber):
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
     _main = "pressure"
+    _ylabel = "pressure P"
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         if self.never_hit:

@@ -14,8 +14,11 @@ import numpy as np
 
 from carom import checks
 from carom.bridges.embedding import embed, names_of
-from carom.bridges.palette import FACES, SEQUENTIAL, colors_of, rgb
+from carom.drawing.caption import Caption, decimals_of
+from carom.drawing.page import FAST, SIX, psi_6
+from carom.drawing.render import Camera, rendered
 from carom.errors import InputError
+from carom.figures.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader, trajectory_of
@@ -23,10 +26,7 @@ from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
 from carom.paths import replacing, writing
-from carom.pictures.caption import Caption, decimals_of
-from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
-from carom.pictures.viewdata import FAST, SIX, psi_6
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -39,6 +39,9 @@ MOST_PER_SECOND = 50
 
 LONGEST = 1920
 """Pixels of the longer edge, which programs that play movies can show."""
+
+LARGEST = 8192
+"""Pixels of an edge that H.264 has levels for."""
 
 SHOWN = 16
 """Frames that the palette of a GIF is made from."""
@@ -69,8 +72,8 @@ def movie(
     fps : int
         Frames per second, at most 50 in a GIF, which counts time in hundredths of a second.
     size : int
-        Length of the shorter edge [pixels]; less where the longer one would have more than 1920. The picture
-        has room for the largest box. A strip below has the time, and what the colors mean.
+        Length of the shorter edge [pixels], at most 8192; less where the longer one would have more than
+        1920. The picture has room for the largest box. A strip below has the time, and what the colors mean.
     color : {"species", "speed", "psi_6", "rattlers"}
         Meaning of the colors. Speeds have one scale for all frames. psi_6 is that of the six nearest
         neighbors, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
@@ -107,7 +110,7 @@ def movie(
             f"fps is {fps}, and a GIF shows at most {MOST_PER_SECOND} frames a second; choose fewer, or "
             "write an .mp4."
         )
-    size = checks.integer(size, "size", low=16)
+    size = checks.integer(size, "size", low=16, high=LARGEST)
     if isinstance(source, str | os.PathLike):
         file = trajectory_of(source)
         source = open_reader(file)

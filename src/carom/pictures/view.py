@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Sequence
-from html import escape
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from carom import checks, texts
+from carom import checks
+from carom.drawing.page import View, of_frames, title_of
 from carom.errors import CaromError, FileError, InputError, warn
 from carom.frame import Frame
 from carom.io import records
@@ -25,7 +23,6 @@ from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.models.questions.obstacle import Obstacle
-from carom.paths import write_text
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
@@ -35,73 +32,6 @@ ORDER = ("events.h5", *FRAMES)
 
 
 __all__ = ["View", "view"]
-
-MARK = '<meta name="generator" content="Carom">'
-"""By what a page tells that Carom wrote it."""
-
-SCRIPTS = tuple(
-    f"{name}.js"
-    for name in (
-        "data", "state", "places", "hexatic", "colors", "camera", "visible", "shaders", "rings", "drawing",
-        "overlay", "chosen", "saving", "hands", "main",
-    )
-)  # fmt: skip
-"""Parts of the script of a page; what a part does at once, it does with those before it."""
-
-LONGEST_HEAD = 1024
-"""Bytes at the beginning of a page within which its mark is."""
-
-
-class View:
-    """One self-contained page of HTML, which needs no network and no server.
-
-    Attributes
-    ----------
-    title : str
-        Title of the page.
-    data : dict
-        Contents of the page, as JSON values.
-    """
-
-    def __init__(self, data: dict[str, Any], title: str):
-        self.data, self.title = data, title
-
-    @property
-    def html(self) -> str:
-        """The page."""
-        folder = resources.files("carom.pictures") / "viewer"
-        template, style, *scripts = (
-            (folder / name).read_text(encoding="utf-8") for name in ("template.html", "viewer.css", *SCRIPTS)
-        )
-        # One scope of its own for all of them.
-        script = "\n".join(['"use strict";\n(() => {', *scripts, "})();"])
-        title, data = texts.html(self.title), texts.script(self.data)
-        parts = {"@TITLE@": title, "@STYLE@": style, "@SCRIPT@": script, "@DATA@": data}
-        # In one pass: what is put in may hold such a word itself.
-        return re.sub("|".join(parts), lambda found: parts[found[0]], template)
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the page to the file ``path``.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        path = Path(path)
-        write_text(path, self.html)
-        return path
-
-    def _repr_html_(self) -> str:
-        page = escape(self.html)  # whole: the texts in it are text already
-        style = "width:100%;height:480px;border:0"
-        return f'<iframe srcdoc="{page}" style="{style}" title="{texts.html(self.title)}"></iframe>'
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
-        return {"text/html": self._repr_html_(), "text/plain": repr(self)}
-
-    def __repr__(self) -> str:
-        return f"<View of {texts.visible(self.title)}: save(path) writes a page of HTML>"
 
 
 def view(
@@ -181,7 +111,6 @@ def _data(
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
     from carom.pictures import viewdata
-    from carom.scene.description import particles
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
@@ -202,8 +131,8 @@ def _data(
             f"There is nothing to show in a {type(source).__name__}; expected a path, a Frame or several, a "
             "Reader, a Packing, a Scene or a Simulation."
         )
-    data = viewdata.of_frames(_between(frames, times), obstacles or ())
-    return data, f"{frames[0].n} {particles(frames[0].dimension, frames[0].n)}"
+    data = of_frames(_between(frames, times), obstacles or ())
+    return data, title_of(frames[0])
 
 
 def _of_path(
@@ -238,7 +167,7 @@ def _of_path(
                 data = viewdata.of_replay(run, limit, times[1])
             else:
                 frames = viewdata.at_collisions(run, limit, times[1])
-                data = viewdata.of_frames(frames, standing(run.scene))
+                data = of_frames(frames, standing(run.scene))
             data["notes"].insert(
                 0, f"from t = {begin:.6g}" + ", where the measurement begins" * (0.0 < measured == begin)
             )
@@ -254,7 +183,7 @@ def _of_path(
     with open_reader(path) as reader:
         if obstacles is None and len(reader):
             obstacles = standing_beside(path, reader[0])
-        return viewdata.of_frames(_between(reader, times), obstacles or ()), _title(path)
+        return of_frames(_between(reader, times), obstacles or ()), _title(path)
 
 
 def _times(begin: float | None, end: float | None) -> tuple[float | None, float]:
@@ -298,15 +227,6 @@ def _title(path: Path) -> str:
     """Return the title of the page of a file; a byte that is no text becomes a question mark in a diamond."""
     title = f"{path.parent.name}/{path.name}" if path.parent.name else path.name
     return os.fsencode(title).decode("utf-8", "replace")
-
-
-def is_page(path: Path) -> bool:
-    """Return whether the file ``path`` is a page that :class:`View` wrote."""
-    try:
-        with path.open("rb") as file:
-            return MARK.encode() in file.read(LONGEST_HEAD)
-    except OSError:
-        return False
 
 
 def rules_beside(source: Path) -> Interaction | None:

@@ -1,11 +1,11 @@
-"""The algorithms of the paper's Figures 1 and 2, line by line, with four amendments to the printed text.
+"""The algorithms of the paper's Figures 4.1 and 6.1, line by line, with four amendments to the printed text.
 
 The variables have the paper's names, balls and obstacles are numbered from 1, and every number in a comment
 ``# line 14`` is a line of the figure. No heap and no lists: minima are taken over everything, as printed. The
 interaction times P_ij and Q_ik depend on old events only and are remembered until one of them changes.
 
 The amendments (docs/algorithm.md) can be left out to see what happens: 1, the settled partner is left out of
-A(i*); 2, the third party is a component; 3, no event, no partner; 4, in (8) ``N + 1 <= j``.
+A(i*); 2, the third party is a component; 3, no event, no partner; 4, in (15) ``N + 1 <= j``.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Cycle(NamedTuple):
 
 
 class Scheduled(NamedTuple):
-    """The old and the new event of one ball, as the paper's Figures 4 and 5 draw them.
+    """The old and the new event of one ball, as the paper's Figures 5.2 and 5.3 draw them.
 
     The old event has `old_time`, `old_position` and `old_velocity`. If nothing is scheduled, `new_position`
     and `new_velocity` are None, and `new_time` is infinite. `partner` is the ball (from 1) of a scheduled
@@ -213,10 +213,10 @@ class _Figure:
                 self.check_invariants()
 
     def check_invariants(self) -> None:
-        """Check (6) after any cycle, and (7) to (9) unless a collision is half processed.
+        """Check (13) after any cycle, and (14) to (16) unless a collision is half processed.
 
         Comparisons are exact: the interaction times compared are those that were scheduled, so rounding does
-        not matter. Invariant (7) presumes condition VI (no ball meets two others at the same time).
+        not matter. Invariant (14) presumes condition VI (no ball meets two others at the same time).
 
         Raises
         ------
@@ -228,7 +228,7 @@ class _Figure:
         for i in self.balls:
             if self.time[i][self.old[i]] > earliest:
                 raise InvariantError(
-                    f"(6): the old event of ball {i} is later than a new event at {earliest}."
+                    f"(13): the old event of ball {i} is later than a new event at {earliest}."
                 )
         if self._half_processed is not None:
             return
@@ -239,7 +239,7 @@ class _Figure:
             bound = min([p for j, p in times.items() if due[j] >= p] + walls, default=NEVER)
             if due[i] > bound:
                 raise InvariantError(
-                    f"(7): ball {i} has its new event at {due[i]}, after an interaction at {bound}."
+                    f"(14): ball {i} has its new event at {due[i]}, after an interaction at {bound}."
                 )
             j = self.partner[i][self.new[i]]
             if not (
@@ -247,9 +247,9 @@ class _Figure:
                 or low <= j <= n + self.billiard.obstacles
                 or (1 <= j <= n and self.partner[j][self.new[j]] == i)
             ):
-                raise InvariantError(f"(8): ball {i} has the partner {j}, which is not its own.")
+                raise InvariantError(f"(15): ball {i} has the partner {j}, which is not its own.")
             if min([*times.values(), *walls], default=NEVER) < earliest:
-                raise InvariantError(f"(9): ball {i} interacts before the earliest new event at {earliest}.")
+                raise InvariantError(f"(16): ball {i} interacts before the earliest new event at {earliest}.")
 
     def scheduled(self, i: int) -> Scheduled:
         """Old and new event of ball `i` (from 1)."""
@@ -271,7 +271,7 @@ class _Figure:
 
 
 class Figure1(_Figure):
-    """The simulation algorithm of Figure 1: new states are computed when an event is scheduled."""
+    """The simulation algorithm of Figure 4.1: new states are computed when an event is scheduled."""
 
     __doc__ += "\n" + (_Figure.__doc__ or "").partition("\n")[2]
 
@@ -339,7 +339,7 @@ class Figure1(_Figure):
 
 
 class Figure2(_Figure):
-    """The version with delayed update of Figure 2: new states are computed when an event is processed."""
+    """The version with delayed update of Figure 6.1: new states are computed when an event is processed."""
 
     __doc__ += "\n" + (_Figure.__doc__ or "").partition("\n")[2]
 

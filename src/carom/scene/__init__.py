@@ -1,4 +1,4 @@
 """What is simulated: components, box, walls and obstacles as plain values, checked once.
 
-Nothing here reads files; the simulation sets a scene in motion.
+What a file holds ``io`` reads, and only the simulation sets a scene in motion.
 """

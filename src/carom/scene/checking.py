@@ -8,11 +8,11 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry
 from carom.models.contacts.rough import Rough, spin_axes
 from carom.models.questions.obstacle import is_periodic
-from carom.scene import overlaps
-from carom.scene.overlaps import Room
-from carom.scene.species import Contacts
 from carom.texts import axis_name
 
 
@@ -52,7 +52,7 @@ def checked_velocities(
     return result
 
 
-def refuse_tight(room: Room, diameters: np.ndarray) -> None:
+def refuse_tight(room: Geometry, diameters: np.ndarray) -> None:
     """Raise InputError if the room that an obstacle leaves the largest component is too small.
 
     In a container it must be above rounding. A component touches the nearest image of an obstacle: not so
@@ -123,7 +123,7 @@ def refuse_unlike(contacts: Contacts) -> None:
 
 
 def refuse_overlap(
-    places: np.ndarray, room: Room, contacts: Contacts, interaction: Any, pinned: np.ndarray | None = None
+    places: np.ndarray, room: Geometry, contacts: Contacts, interaction: Any, pinned: np.ndarray | None = None
 ) -> None:
     """Raise OverlapError if a sphere overlaps a wall, an obstacle, or a sphere that it must not overlap."""
     radii = 0.5 * contacts.diameters

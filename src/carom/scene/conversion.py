@@ -12,16 +12,18 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError, warn
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry, geometry_of
 from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned, mask as pinned_mask
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import named_walls
-from carom.scene import box, overlaps
+from carom.scene import box
 from carom.scene.fields import Fields, S
 from carom.scene.keywords import refuse_unknown
-from carom.scene.overlaps import Room, room_of
-from carom.scene.species import Contacts, contact_matrix, labels, per_component
+from carom.scene.species import contact_matrix, labels, per_component
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,7 +73,7 @@ def from_frame(
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         sides = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
-        room = room_of(edges, sides, keywords.get("obstacles", ()), frame.tilt or 0.0)
+        room = geometry_of(edges, sides, keywords.get("obstacles", ()), frame.tilt or 0.0)
         kinds = labels(frame.species, frame.n)
         given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
@@ -287,7 +289,7 @@ def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
     return walls
 
 
-def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:
+def parted(positions: Any, room: Geometry, contacts: Contacts, pinned: np.ndarray | None) -> Any:
     """Return positions without overlaps of single precision, with a warning; deeper ones stay as they are."""
     diameters = contacts.diameters
     radii = 0.5 * diameters if pinned is None else np.where(pinned, 0.0, 0.5 * diameters)

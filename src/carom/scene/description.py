@@ -11,13 +11,7 @@ from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.species import species_count
 from carom.scene.fields import Fields, is_elastic, standing
-from carom.texts import axis_name, html, span, visible
-
-
-def particles(dimension: int, number: int = 2) -> str:
-    """Return the word for `number` particles: "rods", "disk", "spheres in 4D"."""
-    name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
-    return f"{name} in {dimension}D" if dimension > 3 else name
+from carom.texts import axis_name, html, particles, span, visible
 
 
 def kind(dimension: int, number: int = 2, interaction: Any = None) -> str:

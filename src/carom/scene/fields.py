@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from types import MethodType
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
+from typing import Any, ClassVar, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from carom.geometry.overlaps import Geometry
 from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.interactions.pinned import Pinned
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, Wall
 from carom.models.obstacles.dressing import Dressed
 from carom.models.questions.contact import Impact
@@ -43,6 +45,9 @@ class Fields:
     motion: Motion
     impact: Impact
     drive: Drive | None
+
+    _grown: ClassVar[Callable[..., tuple[np.ndarray | None, float]]]
+    """Positions after growth to larger diameters, by ``simulation.moves.growth``, which lies above."""
 
     @property
     def n(self) -> int:
@@ -79,6 +84,12 @@ class Fields:
 def standing(scene: Fields) -> tuple[Obstacle, ...]:
     """Return walls with properties, then the obstacles, within their surfaces and motions."""
     return scene._standing
+
+
+def geometry_at_start(scene: Fields) -> Geometry:
+    """Return where the components of a scene start, without its obstacles."""
+    tilt = start_tilt(scene.motion, scene.box)
+    return Geometry(np.asarray(scene.box), np.asarray(scene.periodic), tilt=tilt)
 
 
 def is_usual(scene: Fields, kind: str) -> bool:
@@ -125,3 +136,18 @@ class Maker(Generic[P]):
     def __get__(self, scene: S | None, cls: type[S]) -> Callable[P, S]:
         """Return the function with the class as its first argument."""
         return cast("Callable[P, S]", MethodType(self.__func__, cls))
+
+
+def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs (m, 2) within reach, and the step of each (m,)."""
+    interaction = scene.interaction
+    within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
+    room = geometry_at_start(scene)
+    found: Any = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
+    pairs = np.sort(np.asarray(found, np.int64).reshape(-1, 2), axis=1)
+    pairs = pairs[room.distances(scene.positions, pairs) < within]
+    if hasattr(interaction, "bonded"):  # refused where they are further apart
+        pairs = np.unique(np.concatenate([pairs, interaction.bonded()[0]]), axis=0)
+    distances = room.distances(scene.positions, pairs)
+    steps = interaction.steps_of(pairs, distances, scene.species, scene.diameter)  # type: ignore[attr-defined]
+    return pairs, steps

@@ -15,14 +15,12 @@ from typing import Any
 import numpy as np
 
 from carom import checks
+from carom.configuration import MOST_DIMENSIONS
 from carom.densities import packing_fraction
 from carom.errors import InputError, warn
 
 #: The most components a scene may have; their arrays fill about 30 GB.
 MOST = 10**8
-
-#: The most dimensions: D_n has 2^(d-1) points a cell, and every sphere 3^d sectors around it.
-MOST_DIMENSIONS = 12
 
 
 @dataclass(frozen=True)

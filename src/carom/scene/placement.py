@@ -10,9 +10,9 @@ import numpy as np
 from carom.arithmetic import power
 from carom.densities import CLOSEST_PACKING, sphere_volume
 from carom.errors import InputError
-from carom.scene.overlaps import MANY, Room
-from carom.scene.species import Contacts
-from carom.scene.sweeps import sweep
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import MANY, Geometry
+from carom.scene.separation import sweep
 
 #: Packing fraction of random close packing in d dimensions, to two digits: O'Hern et al. (2003) for d = 2 and
 #: 3, Skoge, Donev, Stillinger and Torquato (2006) for d = 4 to 6.
@@ -84,7 +84,7 @@ def default_fraction(dimension: int) -> float:
 
 
 def random_positions(
-    room: Room, contacts: Contacts, rng: np.random.Generator, kinds: np.ndarray | None = None
+    room: Geometry, contacts: Contacts, rng: np.random.Generator, kinds: np.ndarray | None = None
 ) -> np.ndarray:
     """Return centers (n, d) without overlap, each of ``kinds`` sorted in space (:func:`ordered`).
 
@@ -146,7 +146,7 @@ def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.nda
     return result
 
 
-def _rods(room: Room, contacts: Contacts, rng: np.random.Generator) -> np.ndarray:
+def _rods(room: Geometry, contacts: Contacts, rng: np.random.Generator) -> np.ndarray:
     """Return the centers (n, 1) of rods on a line, in equilibrium."""
     n, edge = len(contacts.diameters), float(room.box[0])
     order = np.arange(n)
@@ -162,7 +162,7 @@ def _rods(room: Room, contacts: Contacts, rng: np.random.Generator) -> np.ndarra
 
 
 def _thrown(
-    room: Room,
+    room: Geometry,
     contacts: Contacts,
     positions: np.ndarray,
     placed: np.ndarray,
@@ -193,7 +193,7 @@ def _thrown(
 
 def separated(
     positions: np.ndarray,
-    room: Room,
+    room: Geometry,
     contacts: Contacts,
     radii: np.ndarray,
     clearance: float = CLEARANCE,
@@ -238,7 +238,7 @@ def separated(
 
 def _swept(
     positions: np.ndarray,
-    room: Room,
+    room: Geometry,
     contacts: Contacts,
     radii: np.ndarray,
     weight: np.ndarray,
@@ -269,7 +269,9 @@ def _swept(
     return None
 
 
-def _moved_out(positions: np.ndarray, room: Room, radii: np.ndarray, clearance: float) -> np.ndarray | None:
+def _moved_out(
+    positions: np.ndarray, room: Geometry, radii: np.ndarray, clearance: float
+) -> np.ndarray | None:
     """Return positions moved out of obstacles, or None if no component is inside one.
 
     An obstacle gives only its distance; components move along the gradient of the distance.

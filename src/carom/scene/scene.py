@@ -9,6 +9,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import geometry_of
 from carom.models import model_checks
 from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.interactions.hard_cores import HardCores
@@ -20,11 +22,8 @@ from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.scene import box as _box, checking, conversion, description, species as _species, starts
-from carom.scene.fields import Fields, Maker, is_usual
-from carom.scene.first_steps import first_steps
+from carom.scene.fields import Fields, Maker, first_steps, is_usual
 from carom.scene.keywords import refuse_unknown
-from carom.scene.overlaps import room_of
-from carom.scene.species import Contacts
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -115,7 +114,7 @@ class Scene(Fields):
     OverlapError
         If two spheres, or a sphere and an obstacle, overlap by more than rounding explains: 1e-12 of the
         contact distance plus the rounding of coordinates as large as the box
-        (``carom.scene.overlaps.tolerance``). The message names the pair, or the particle and the obstacle.
+        (``carom.geometry.overlaps.tolerance``). The message names the pair, or the particle and the obstacle.
         Contact is allowed.
     InputError
         If anything else cannot be simulated: a wrong type or shape, NaN, no particle, more than 12
@@ -192,7 +191,7 @@ class Scene(Fields):
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         sides = named_walls.named(walls, dimension)
-        room = room_of(edges, sides, obstacles, start_tilt(motion, edges) if dimension > 1 else 0.0)
+        room = geometry_of(edges, sides, obstacles, start_tilt(motion, edges) if dimension > 1 else 0.0)
         standing, repeats = room.obstacles, tuple(room.periodic.tolist())
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
@@ -263,22 +262,35 @@ class Scene(Fields):
         arguments |= {kind: None for kind in ("interaction", "motion") if is_usual(self, kind)}
         return type(self)(**{**arguments, **changes})
 
-    def view(self, **options: Any) -> Any:
+    def view(
+        self,
+        path: str | PathLike[str] | None = None,
+        *,
+        obstacles: Sequence[Obstacle] | None = None,
+        title: str | None = None,
+    ) -> Any:
         """Return a page that shows the particles in a browser or a notebook: ``carom.view(scene, ...)``.
 
         Parameters
         ----------
-        **options
-            Keywords of ``carom.view``, such as ``path`` to save the page.
+        path : path, optional
+            Where to write the page.
+        obstacles : sequence of obstacles, optional
+            Obstacles to draw; by default those of the scene.
+        title : str, optional
+            Title of the page.
 
         Raises
         ------
         InputError
             If the scene has more than three dimensions.
+        FileError
+            If the file cannot be written.
         """
-        from carom.pictures.view import view
+        from carom.drawing.page import shown
 
-        return view(self, **options)
+        drawn = self._standing if obstacles is None else obstacles
+        return shown([conversion.to_frame(self)], path, obstacles=drawn, title=title)
 
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the particles, to scale, in their box.
@@ -297,9 +309,9 @@ class Scene(Fields):
         FileError
             If the picture cannot be saved.
         """
-        from carom.pictures.plots import picture
+        from carom.drawing.particles import snapshot
 
-        return picture(self, path)
+        return snapshot(conversion.to_frame(self), obstacles=self._standing, path=path)
 
     # Constructors: at random, on a lattice, from a frame, ASE or a file, each in another module.
     random = Maker(starts.random)

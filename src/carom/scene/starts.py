@@ -11,13 +11,14 @@ import numpy as np
 
 from carom import checks, densities, seeds
 from carom.errors import InputError
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import geometry_of
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import named_walls
 from carom.scene import box as _box, lattices, placement, species as _species
 from carom.scene.fields import S
 from carom.scene.keywords import refuse_unknown
-from carom.scene.overlaps import room_of
-from carom.scene.species import Contacts, Species
+from carom.scene.species import Species
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -123,20 +124,19 @@ def random(
             packing_fraction = placement.default_fraction(d)
         edges = _box.filled(what.diameters, d, (1.0,) * d, packing_fraction=packing_fraction, density=density)
     tilt = start_tilt(keywords.get("motion"), edges) if d > 1 else 0.0
-    room = room_of(edges, named_walls.named(walls, d), obstacles, tilt)
+    room = geometry_of(edges, named_walls.named(walls, d), obstacles, tilt)
     matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
     final: dict[str, Any] = {"mass": what.masses, "walls": walls, "obstacles": obstacles}
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
     if matrix is None and not tilt and placement.to_grow(fraction, d):
-        from carom.simulation.moves.growth import grown
-
         smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
 
         def grow() -> tuple[np.ndarray | None, float]:
             loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
             start: Any = cls(loose, edges, diameter=smaller, **final)
-            return grown(start, what.diameters, rng)
+            found: tuple[np.ndarray | None, float] = start._grown(what.diameters, rng)
+            return found
 
         positions = _first_that_does_not_jam(grow, fraction, len(smaller))
     else:

@@ -13,8 +13,8 @@ import numpy as np
 from carom import seeds, sizes
 from carom.errors import InputError
 from carom.scene import lattices
-from carom.scene.scene import Scene
 from carom.scene.storage import MODELS
+from carom.simulation.moves.growth import Scene
 
 
 def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:

@@ -17,8 +17,8 @@ from carom.models.own.classes import kind_of
 from carom.models.own.kinds import OBSERVER
 from carom.models.questions.observer import QUESTIONS
 from carom.models.questions.particles import Particles
-from carom.simulation.trials.observers import try_events
-from carom.simulation.trials.setting import in_plain_python
+from carom.simulation.model_validation.events import try_events
+from carom.simulation.model_validation.setting import in_plain_python
 
 if TYPE_CHECKING:
     from carom.engine.system import System

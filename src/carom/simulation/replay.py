@@ -48,6 +48,9 @@ from carom.simulation.system_of_scene import system_of, unit_of, with_thresholds
 CHUNK = 1 << 16
 """Events read at a time."""
 
+KEPT = ("positions", "spins", "species", "contact", "pinned")
+"""Arrays of the scene in a log, besides sizes, masses and the velocities that were drawn."""
+
 ROUNDING = 2.0**-44
 """Relative difference of two impulses below which they differ in the last digits alone."""
 
@@ -275,7 +278,7 @@ def _scene(initial: Mapping[str, np.ndarray], user_models: Mapping[str, Any]) ->
     arrays = {
         "diameter": initial["diameters"],
         "mass": initial["masses"],
-        **{name: initial[name] for name in ("positions", "species", "contact", "pinned") if name in initial},
+        **{name: initial[name] for name in KEPT if name in initial},
     }
     return from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **user_models)
 

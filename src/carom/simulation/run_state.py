@@ -15,6 +15,7 @@ from carom.models import model_checks
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.velocities import peculiar
+from carom.simulation.autotune import Pace
 from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock
 from carom.simulation.measuring.depths import Depths
@@ -22,7 +23,6 @@ from carom.simulation.measuring.invariants import EnergyMomentum
 from carom.simulation.moves.barostat import VolumeMoves
 from carom.simulation.moves.oscillation import oscillation_of
 from carom.simulation.moves.swaps import Sweeps
-from carom.simulation.pace import Pace
 from carom.simulation.refusals import refuse_steep
 from carom.simulation.run_guard import RunGuard
 from carom.simulation.system_of_scene import driven_speed_of, losses_at, slow_speed_of, unit_of
@@ -243,7 +243,7 @@ class RunState:
         from carom.engine.build import stripped
         from carom.engine.observers.currents import Currents, fill
         from carom.engine.pair_steps import write_steps
-        from carom.scene.first_steps import first_steps
+        from carom.scene.fields import first_steps
 
         if self.steps is None:
             self.steps = first_steps(self.scene)

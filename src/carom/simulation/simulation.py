@@ -69,7 +69,7 @@ class Simulation:
         Source of those velocities, independent of places drawn with the same seed. The same scene, seed and
         version give the same bits.
     growth : float or (n,) array_like, optional
-        Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
+        Rate at which the diameters grow [length / time], as in the paper's sec. 9. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     swaps : Swaps, optional
         Pairs of particles exchange their diameters between events (``docs/driven``), on one core.
@@ -330,9 +330,9 @@ class Simulation:
         FileError
             If the file cannot be written.
         """
-        from carom.pictures.view import view
+        from carom.drawing.page import shown
 
-        return view(self, path)
+        return shown([self.frame()], path, obstacles=standing(self.scene))
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Return a picture of the particles and obstacles at the present time, a Matplotlib figure.
@@ -347,7 +347,7 @@ class Simulation:
         FileError
             If the picture cannot be saved.
         """
-        from carom.pictures.plots import snapshot
+        from carom.drawing.particles import snapshot
 
         return snapshot(self.frame(), obstacles=standing(self.scene), path=path)
 

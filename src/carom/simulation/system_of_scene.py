@@ -156,7 +156,7 @@ def prepare(
     single = tuning.precision == "single"
     system = system_of(scene, thermal, rates, unit, images=tuning.images, single=single, currents=currents)
     if any(own := own_models(scene)):
-        from carom.simulation.trials.own_models import try_own_models
+        from carom.simulation.model_validation.own_models import try_own_models
 
         try_own_models(*own, scene, system)
     return system

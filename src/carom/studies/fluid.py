@@ -13,12 +13,11 @@ import numpy as np
 
 from carom import checks
 from carom.block import Block
-from carom.observables.precision import Aim
+from carom.observables.analysis.precision import Aim
 from carom.observables.statistics import Estimate
 from carom.simulation.measuring import stretches
-from carom.simulation.measuring.equilibration import Equilibration, exchanges
+from carom.simulation.measuring.equilibration import Equilibration, StructuralRelaxation, exchanges
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.relaxation import StructuralRelaxation
 from carom.studies.folder import Task
 from carom.studies.job import Job, Look
 from carom.studies.scenes import simulation_of

@@ -17,9 +17,8 @@ from carom.io import checkpoint
 from carom.io.formats import Reader
 from carom.io.trajectory import FRAMES, open_reader
 from carom.models.interactions.rule_files import RuleFile
-from carom.scene.description import particles
 from carom.scene_file.scene_file import SceneFile
-from carom.texts import axis_name
+from carom.texts import axis_name, particles
 from carom.theory import ball_volume
 
 MOST_LINES = 3

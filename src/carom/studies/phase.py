@@ -15,14 +15,14 @@ from carom.errors import CaromError, InputError
 from carom.models import model_checks
 from carom.models.interactions.wells import SquareWell
 from carom.observables import Estimate, PressureResult
-from carom.observables.drift import STUCK
+from carom.observables.analysis.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
 from carom.observables.statistics import unwarned
 from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.theory import Equation
-from carom.theory.square_wells import gas_and_liquid
+from carom.theory.coexistence import gas_and_liquid
 
 ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55, "BMCSL": 0.55}
 """Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are

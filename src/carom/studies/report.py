@@ -10,7 +10,7 @@ import time as clock
 from dataclasses import replace
 from typing import Any
 
-from carom.pictures.view import MARK
+from carom.drawing.page import MARK
 from carom.table import Table, facts, of_texts
 from carom.texts import html
 from carom.version import __version__

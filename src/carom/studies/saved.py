@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import carom.observables  # noqa: F401 (names its kinds of results)
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint, records

@@ -152,12 +152,12 @@ class Study(Result, Generic[S]):
 
     def picture(self) -> Figure | None:
         """Return y of the table against x, with error bars; None where there is nothing to draw."""
-        from carom.pictures import paper
+        from carom.figures import style
 
         if not self.axes or not self.table:
             return None
         x, y, *by = self.axes
-        figure, axes = paper.sheet(5.0, 3.6)
+        figure, axes = style.sheet(5.0, 3.6)
         heads = {name: column.head for name, column in self.table.columns()}
         for curve in dict.fromkeys(getattr(row, by[0]) for row in self.table) if by else (None,):
             rows = [row for row in self.table if curve is None or getattr(row, by[0]) == curve]
@@ -171,7 +171,7 @@ class Study(Result, Generic[S]):
         axes.set_ylabel(label(heads.get(y, y)))
         if by:
             axes.legend(frameon=False)
-        paper.lay_out(figure, axes)
+        style.lay_out(figure, axes)
         return figure
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
@@ -184,11 +184,11 @@ class Study(Result, Generic[S]):
         FileError
             If the picture cannot be saved.
         """
-        from carom.pictures import paper
+        from carom.figures import style
 
         if (figure := self.picture()) is None:
             raise InputError("There is nothing to draw yet: no result that is done, or no axes of the study.")
-        return paper.saved(figure, path)
+        return style.saved(figure, path)
 
     def more(self) -> dict[str, Any]:
         """Return further results by name, for files and ``--json``."""
@@ -200,10 +200,10 @@ class Study(Result, Generic[S]):
 
     def _draw(self, path: Path) -> None:
         """Save the picture, if there is anything to draw."""
-        from carom.pictures import paper
+        from carom.figures import style
 
         if (figure := self.picture()) is not None:
-            paper.saved(figure, path)
+            style.saved(figure, path)
 
     # What all studies can do.
 

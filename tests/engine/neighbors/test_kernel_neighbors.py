@@ -16,7 +16,7 @@ from carom.engine.neighbors import build, lists, plan as scheme
 from carom.engine.neighbors.bounds import skin_at
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
-from carom.simulation.pace import Pace
+from carom.simulation.autotune import Pace
 
 
 def check_sectors(sim):

@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.models import Kind, Ranges
 from carom.observables import HelfandCurrents
 from carom.simulation.explanation import explain
-from carom.simulation.files.soundness import following
+from carom.simulation.files.checkpoint_validation import following
 from carom.simulation.measuring import stretches
 
 EPS = np.finfo(float).eps
@@ -155,7 +155,7 @@ def test_currents_are_refused_where_helfand_does_not_hold(change, says):
 
 
 def test_mean_squares_of_a_random_walk_are_known():
-    from carom.observables.moments import HelfandMoments, mean_squares
+    from carom.observables.analysis.moments import HelfandMoments, mean_squares
 
     rng = np.random.default_rng(1)
     count, d = 20_000, 3

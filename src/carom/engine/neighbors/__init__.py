@@ -1,4 +1,4 @@
 """Who can meet whom next: sectors and lists behind one interface, and the rule that chooses between them.
 
-Nothing here knows how components interact, only how far.
+A scheme asks a model how far pairs act, and when two could meet; what then happens it does not know.
 """

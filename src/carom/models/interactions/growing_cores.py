@@ -1,4 +1,4 @@
-"""Growing cores: diameters grow linearly in time (Lubachevsky and Stillinger; the paper's sec. 8)."""
+"""Growing cores: diameters grow linearly in time (Lubachevsky and Stillinger; the paper's sec. 9)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Range rules: units with circles around them, which act by a rule of the user when others come and go.
 
-Wieland's models of combat, a billiard of Lubachevsky's article (sec. 10): a unit that detects m of its own
+Wieland's models of combat, a billiard of Lubachevsky's article (sec. 11): a unit that detects m of its own
 and n others within a radius takes course of action c(m, n). Compiled: ``carom.models.interactions.units``.
 """
 

@@ -1,4 +1,4 @@
-"""Units that decide by rules, as the engine compiles them (Lubachevsky (1991), sec. 10, after Wieland).
+"""Units that decide by rules, as the engine compiles them (Lubachevsky (1991), sec. 11, after Wieland).
 
 The step of a pair is how many radii of all circles of all kinds exceed its distance: with both kinds it says
 who is inside whose circle. Crossings exchange no momentum: they change counters and call rules. A rule reads

@@ -1,4 +1,4 @@
-"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 10).
+"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 11).
 
 Positions and tangent velocities are of R^d, distances along chords: caps of angular diameter ``theta`` on the
 unit sphere are hard spheres of diameter ``2 sin(theta / 2)`` (Smith's codes), with cores and contact laws as

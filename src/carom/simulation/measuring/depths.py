@@ -14,17 +14,17 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry, Overlap
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, radius, record_impulse
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.steps import step_core_square
-from carom.scene import overlaps
 from carom.scene.fields import standing
-from carom.scene.overlaps import Overlap, Room
-from carom.scene.species import Contacts
+from carom.simulation.model_validation.obstacles import known_to_move
+from carom.simulation.model_validation.probes import by_kind, kinds_of
 from carom.simulation.system_of_scene import prepare
-from carom.simulation.trials.obstacles import known_to_move
-from carom.simulation.trials.probes import by_kind, kinds_of
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -154,7 +154,7 @@ def deepest_of(
     ``now`` is what models are told. ``steps`` has pairs (m, 2) within reach and their steps (m,), for a model
     that says of steps alone where cores are.
     """
-    geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
+    geometry = Geometry(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     places, radii = geometry.wrapped(state.positions), 0.5 * state.diameters
     own = model_checks.is_own(system.interaction)
     if own and model_checks.answers(radius, pair):
@@ -176,7 +176,7 @@ def deepest_of(
 
 
 def _cores(
-    scene: Scene, system: System, pair: Any, geometry: Room, places: np.ndarray, now: float, steps: Any
+    scene: Scene, system: System, pair: Any, geometry: Geometry, places: np.ndarray, now: float, steps: Any
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return near pairs (m, 2) of a model with steps or of one's own, and their cores (m,) [length]."""
     interaction: Any = system.interaction

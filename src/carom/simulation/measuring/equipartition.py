@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.observables.equilibrium import equipartition, slow_exchange
+from carom.observables.analysis.equilibrium import equipartition, slow_exchange
 from carom.scene.velocities import conserved
 
 if TYPE_CHECKING:

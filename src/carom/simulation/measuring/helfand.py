@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables.moments import HelfandCurrents, HelfandMoments
+from carom.observables.analysis.moments import HelfandCurrents, HelfandMoments
 from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def helfand(
     Returns
     -------
     HelfandMoments
-        Exact, since every current is constant between two collisions; see ``carom.observables.moments``.
+        Exact, since every current is constant between two collisions; see ``observables.analysis.moments``.
 
     Raises
     ------

@@ -11,16 +11,16 @@ from carom import checks
 from carom.block import Block
 from carom.errors import InputError
 from carom.notebook import watchable
+from carom.observables.analysis.precision import Goal, Prediction
 from carom.observables.flights import FreeFlights
 from carom.observables.of_frames import OfFrames
-from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import SEEN, Underway, sees
 from carom.observables.volume import Volume
 from carom.simulation import own_observers
 from carom.simulation.measuring import flying, stretches
-from carom.simulation.measuring.cooling import Blocks, cools
+from carom.simulation.measuring.equilibration import StructuralRelaxation
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.measuring.stretches import Blocks, cools
 from carom.simulation.measuring.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def measure(
         fewer than 8 independent samples. If the stretch is too short near freezing, where the particles
         hardly leave their neighborhoods. If species of different masses have different temperatures, or
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
-        drifting, too (``carom.observables.equilibrium``).
+        drifting, too (``carom.observables.analysis.equilibrium``).
     """
     if not observables:
         raise InputError("measure() needs an observable, such as carom.Pressure(); found none.")

@@ -39,7 +39,7 @@ class Statistics:
     advancements : int
         Events that lost their partner to a third party.
     advancement_fraction : float
-        Advancements over all processed events. A collision counts as two events (the paper's sec. 6).
+        Advancements over all processed events. A collision counts as two events (the paper's sec. 10).
     third_party_first : int
         Pairs that scheduled each other again right after colliding: the paper's m* = i*.
     clamped_roots : int
@@ -287,8 +287,8 @@ def impulses(run_state: RunState) -> tuple[float, ...]:
 
 def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the weighted momentum of each wall and obstacle now, and the sums of those without one."""
-    from carom.observables.momentum_balance import weighted_momenta
-    from carom.observables.surface_changes import surface_sums
+    from carom.observables.analysis.momentum_balance import weighted_momenta
+    from carom.observables.analysis.surface_changes import surface_sums
 
     if run_state.engine.model.obstacles is None:
         return (), ()

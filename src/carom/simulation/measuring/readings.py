@@ -12,8 +12,7 @@ from carom.block import Block, EnergySample, MomentumFlux
 from carom.errors import InputError
 from carom.observables.energy import without_potential
 from carom.observables.steps import StepSums
-from carom.scene.fields import standing
-from carom.scene.first_steps import first_steps
+from carom.scene.fields import first_steps, standing
 from carom.scene.velocities import degrees_of_freedom, kept_by_motion, temperature
 
 if TYPE_CHECKING:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -12,12 +13,13 @@ import numpy as np
 from carom import checks
 from carom.block import Block, EnergySample, MomentumFlux, VolumeSums, weighted_sum
 from carom.errors import InputError
-from carom.observables.drift import STUCK, moved
+from carom.models.motions.shear import Shear
+from carom.observables.analysis.drift import STUCK, moved
 from carom.observables.pressure import PressureResult
 from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.velocities import degrees_of_freedom
 from carom.simulation import run_loop
-from carom.simulation.measuring import mechanics, readings
+from carom.simulation.measuring import mechanics, readings, stretches
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.theory import is_stable_fluid
 
@@ -39,7 +41,7 @@ def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
     if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
         raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
     scene = sim.scene
-    with unwarned(FewSamples):  # carom.observables.equilibrium.doubts says it, and of what
+    with unwarned(FewSamples):  # carom.observables.analysis.equilibrium.doubts says it, and of what
         found = observable.of_scene(blocks, scene, kT=sim.kT)
     if isinstance(found, PressureResult) and found.simple and scene.dimension > 1:
         frozen = not is_stable_fluid(scene.dimension, found.packing_fraction)
@@ -111,3 +113,35 @@ def _rests(sim: Simulation) -> bool:
     starts = state.system.rates is not None or state.engine.model.rules is not None
     starts = starts or sim.scene.drive is not None or driven_speed_of(sim.scene) > 0.0
     return state.start.energy == 0.0 and sim.collisions == 0 and not starts
+
+
+def cools(sim: Simulation) -> bool:
+    """Return whether contacts lose energy, and growth adds none."""
+    system = sim._state.system
+    sheared = isinstance(system.motion, Shear)  # the stream makes up for what is lost
+    return not system.conserves_energy and system.rates is None and not sheared
+
+
+class Blocks:
+    """Successive blocks of a simulation, of about so many pair collisions.
+
+    In blocks of equal time nearly all collisions of a cooling gas would fall into the first. Lengths follow
+    from the temperature at the beginning and earlier collisions, never a block's own: no mean is biased.
+    """
+
+    def __init__(self, sim: Simulation, collisions: float):
+        self._sim, self._wanted = sim, collisions
+        self._duration = stretches.time_for(sim, collisions)
+        self._cools = cools(sim)
+        self._seen, self._thermal = 0, 0.0
+
+    def next(self, size: int = 1) -> Block:
+        """Run on for a block of ``size`` times the collisions, and return it."""
+        if self._cools and self._seen:
+            rate = self._seen / self._thermal * math.sqrt(self._sim.kT)
+            self._duration = self._wanted / rate
+        (block,) = stretches.blocks(self._sim, size * self._duration, 1)
+        if block.kT_time is not None:
+            self._seen += block.collisions
+            self._thermal += math.sqrt(block.kT_time * block.duration)  # of the time in units of 1 / speed
+        return block

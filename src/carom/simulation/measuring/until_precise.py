@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from carom.block import Block, weighted_sum
 from carom.compiling import entry
 from carom.errors import CaromWarning, warn
-from carom.observables.equilibrium import doubts_about
-from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
+from carom.observables.analysis.equilibrium import doubts_about
+from carom.observables.analysis.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.simulation.measuring import stretches
-from carom.simulation.measuring.cooling import Blocks
+from carom.simulation.measuring.equilibration import StructuralRelaxation
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.measuring.stretches import Blocks
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation

@@ -1,17 +1,16 @@
 """A barostat: the volume of the box changes at times between events, so that the pressure is constant.
 
-A move draws V' uniformly in ln V and scales box and positions, at the same velocities. Without overlap it is
-accepted with the probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))), which with flight samples
-the isothermal-isobaric ensemble exactly (Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303). After it all is
-scheduled anew. Draws depend on the move's number alone. Sums between two changes are divided by the volume of
-that time.
+A move scales box and positions, at the same velocities. At given places in units of the edges V has the
+density V^N exp(-P V / kT), from the volume on at which the nearest two touch. By default V is drawn from it.
+With a step, V' is drawn uniformly in ln V, and without overlap it is accepted with the probability
+min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))) (Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303). With flight
+either samples the isothermal-isobaric ensemble exactly. After a change all is scheduled anew. Draws depend on
+the move's number alone. Sums between two changes are divided by the volume of that time.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -19,13 +18,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from carom import checks, seeds
-from carom.arithmetic import exponential
+from carom.arithmetic import exponential, root
 from carom.block import VolumeSums
 from carom.declared import SEED, Declared, described, needed, number, option, positive
 from carom.errors import InputError, OverlapError
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import closest
 from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
-from carom.scene.fields import standing
+from carom.scene.fields import geometry_at_start, standing
 from carom.scene.velocities import temperature
 from carom.simulation.moves.swaps import beside_free_hard_cores
 
@@ -65,13 +66,13 @@ class Barostat(Declared):
     pressure: float = needed(positive, "The pressure P [energy / length^d].")
     interval: float = needed(
         positive,
-        "Time between two moves [time]. An accepted one costs as much as tens of collisions a particle, "
-        "because neighbors are chosen anew. Some mean free times are a good choice.",
+        "Time between two moves [time]. All is scheduled anew after one, which costs as much as some 200 "
+        "collisions of each of 32 particles, 70 of 256, 25 of 1000: let several mean free times lie between.",
     )
     step: float | None = option(
         number(low=0.0, open_low=True, high=1.0),
-        "Largest change of ln V in a move, at most 1. By default equilibration tunes it until half of the "
-        "moves are accepted, and it is held from then on; before, it is 2 kT / P V of the first move.",
+        "Largest change of ln V in a move that may be refused, at most 1. By default each move draws the "
+        "volume from its distribution at the present places: none is refused.",
     )
     seed: int = option(SEED, "Seed of the moves.", default=1)
 
@@ -87,8 +88,6 @@ class VolumeMoves(NamedTuple):
     volume_time: float = 0.0  # this and the next two: :class:`carom.block.VolumeSums`
     inverse_time: float = 0.0
     virial_density: float = 0.0
-    step: float = 0.0  # that of the next move; 0 before the first, if the barostat says none
-    tunes: int = 0  # whether each move changes the step
 
     @property
     def next(self) -> Fraction:
@@ -135,20 +134,7 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     ):
         if found:
             raise InputError(f"A barostat is not defined with {wrong}: leave one of the two out.")
-    return VolumeMoves(barostat, step=barostat.step or 0.0)
-
-
-@contextlib.contextmanager
-def tuning(run_state: Any) -> Iterator[None]:
-    """Tune the step of a barostat that says none, and hold it afterwards."""
-    moves: VolumeMoves | None = run_state.volume_moves
-    if moves is not None and moves.barostat.step is None:
-        run_state.volume_moves = moves._replace(tunes=1)
-    try:
-        yield
-    finally:
-        if moves is not None:
-            run_state.volume_moves = run_state.volume_moves._replace(tunes=0)
+    return VolumeMoves(barostat)
 
 
 def move_volume(run_state: Any) -> None:
@@ -157,44 +143,86 @@ def move_volume(run_state: Any) -> None:
     kT = unit.to_scene(temperature(scene, run_state.speeds), -2)
     if not kT > 0.0:
         raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
-    moves = moves._replace(step=moves.step or _first_step(scene, moves.barostat.pressure / kT))
-    moved, number = _moved(run_state, moves, kT), moves.tried + 1
-    step = _tuned(moves, moved is not None) if moves.tunes else moves.step
+    number, frame = moves.tried + 1, run_state.frame()
+    rng = np.random.default_rng(seeds.stream(moves.barostat.seed, "volume", moves.tried))
+    way = _drawn if moves.barostat.step is None else _tried
+    moved = _scaled(scene, frame, way(rng, scene, moves.barostat, kT, frame.positions))
     if moved is None:
-        run_state.volume_moves = moves._replace(tried=number, step=step)
+        run_state.volume_moves = moves._replace(tried=number)
         return
     virial = _virial(run_state)
     volume, inverse, density = moves.sums(moves.next, scene.volume, virial)
-    after = moves._replace(tried=number, accepted=moves.accepted + 1, last=number, step=step)
+    after = moves._replace(tried=number, accepted=moves.accepted + 1, last=number)
     after = after._replace(virial=virial, volume_time=volume, inverse_time=inverse, virial_density=density)
     run_state.refit(move=(moves.next, {"scene": moved, "volume_moves": after}))
 
 
-def _first_step(scene: Scene, pressure_over_kT: float) -> float:
-    """Return a step of which about half of the moves are accepted, where the volume is right."""
-    return min(2.0 / max(pressure_over_kT * scene.volume, scene.n), 1.0)
+def _tried(
+    rng: np.random.Generator, scene: Scene, barostat: Barostat, kT: float, places: np.ndarray
+) -> float | None:
+    """Return by how much a move of at most a step scales lengths, None if it is refused for its work."""
+    change, threshold = float(barostat.step or 0.0) * (2.0 * rng.random() - 1.0), rng.random()
+    scale = _exponential(change / scene.dimension)
+    volume = math.prod(edge * scale for edge in scene.box)
+    logarithm = (scene.n + 1) * change - barostat.pressure * (volume - scene.volume) / kT
+    return scale if threshold < _exponential(max(min(logarithm, 0.0), LEAST)) else None
 
 
-def _tuned(moves: VolumeMoves, accepted: bool) -> float:
-    """Return the next step: larger after an accepted move, by ever less (Robbins and Monro)."""
-    change = (1.0 if accepted else -1.0) / math.sqrt(moves.tried + 1)
-    return min(moves.step * float(exponential(np.array(change))), 1.0)
+def _drawn(
+    rng: np.random.Generator, scene: Scene, barostat: Barostat, kT: float, places: np.ndarray
+) -> float:
+    """Return by how much lengths are scaled to the volume that is drawn.
+
+    The density of ln V is exp(g), with g = (N + 1) ln V - P V / kT. It is largest at the top, where V is
+    (N + 1) kT / P, or at contact. From there on g is concave in u = ln V - ln V_top: below its largest value,
+    and below its tangents at ``width`` on either side. A draw from what these bound is kept with the
+    probability that is left.
+    """
+    d, shape = scene.dimension, scene.n + 1
+    contacts = Contacts(scene.diameters, scene.species, scene.contact)
+    contact = 1.0 / closest(places, geometry_at_start(scene), contacts)
+    contact = max(contact, scene.diameter / min(scene.box))
+    free = root(shape * kT / (barostat.pressure * scene.volume), d)
+    top = max(contact, free)
+    work = barostat.pressure * scene.volume * top**d / kT
+
+    def g(u: float) -> float:
+        return shape * u - work * (_exponential(u) - 1.0)
+
+    width = 1.0 / (work - shape + math.sqrt(shape))
+    fall = work * _exponential(width) - shape
+    right = width + g(width) / fall
+    left, rise = 0.0, math.inf
+    if contact < top:
+        left = -width
+        if contact < top * _exponential(-width / d):
+            rise = shape - work * _exponential(-width)
+            left -= g(-width) / rise
+    while True:
+        pick = rng.random() * (1.0 / rise + right - left + 1.0 / fall)
+        beyond = rng.standard_exponential()
+        if pick < 1.0 / rise:
+            u, bound = left - beyond / rise, -beyond
+        elif pick < 1.0 / rise + right - left:
+            u, bound = left + pick - 1.0 / rise, 0.0
+        else:
+            u, bound = right + beyond / fall, -beyond
+        scale = top * _exponential(u / d)
+        if scale >= contact and rng.random() < _exponential(max(g(u) - bound, LEAST)):
+            return scale
 
 
-def _moved(run_state: Any, moves: VolumeMoves, kT: float) -> Scene | None:
-    """Return the scene after a move from the present state, None if it is refused."""
-    scene, barostat = run_state.scene, moves.barostat
-    rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
-    change, threshold = moves.step * (2.0 * rng.random() - 1.0), rng.random()
-    scale = float(exponential(np.array(change / scene.dimension)))
-    box = tuple(edge * scale for edge in scene.box)
-    work = barostat.pressure * (math.prod(box) - scene.volume)
-    logarithm = (scene.n + 1) * change - work / kT
-    chance = exponential(np.array(max(min(logarithm, 0.0), LEAST)))
-    fits = scene.diameter < min(box) and max(box) <= LONGEST_EDGE * scene.diameters.min()
-    if not fits or threshold >= chance:
+def _exponential(x: float) -> float:
+    return float(exponential(np.array(x)))
+
+
+def _scaled(scene: Scene, frame: Any, scale: float | None) -> Scene | None:
+    """Return a scene with all lengths but the diameters scaled; None if they do not fit."""
+    if scale is None:
         return None
-    frame = run_state.frame()
+    box = tuple(edge * scale for edge in scene.box)
+    if not scene.diameter < min(box) or max(box) > LONGEST_EDGE * scene.diameters.min():
+        return None
     # A product must not be rounded up to the edge, which is the place 0 of the next image.
     places = np.minimum(frame.positions * scale, np.nextafter(box, 0.0))
     try:

@@ -13,7 +13,8 @@ import numpy as np
 from carom import seeds
 from carom.scene import placement
 from carom.scene.scene import Scene
-from carom.simulation.simulation import Simulation
+
+__all__ = ["Scene", "grown"]
 
 FAST, SLOW = 1.0, 0.05
 """Growth of the mean diameter a time over the thermal speed, below the densities of random placement, and
@@ -39,6 +40,8 @@ def grown(
     The diameters of ``start`` are those given times one factor; ``melting`` is in collisions a component
     before.
     """
+    from carom.simulation.simulation import Simulation  # only where spheres grow: it takes longer to load
+
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
     velocities = int(seeds.generator(seed, "growth").integers(2**63))
@@ -57,3 +60,6 @@ def grown(
         if sim.run(time=time, collisions=MOST * start.n).duration < time:
             return None, sim.packing_fraction
     return sim.frame().positions, fraction
+
+
+Scene._grown = grown

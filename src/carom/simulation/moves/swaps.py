@@ -20,11 +20,11 @@ import numpy as np
 from carom import checks, seeds
 from carom.declared import SEED, Declared, described, integer, needed, number, option, positive
 from carom.errors import InputError
+from carom.geometry.overlaps import Geometry
 from carom.jit import compiled
 from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
-from carom.scene.overlaps import Room
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -149,7 +149,7 @@ def sweep(run_state: Any) -> None:
 def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     """Return whose size each particle gets, (n,), and how many exchanges were tried and accepted."""
     frame, swaps = run_state.frame(), sweeps.swaps
-    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
+    room = Geometry(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
     places = room.wrapped(frame.positions)
     pairs = room.near(places, float(frame.diameters.max()) * (1.0 + SLIGHT))
     apart = room.separations(places, pairs) ** 2
@@ -167,7 +167,7 @@ def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
         widest[who] = np.minimum(widest[who], gap)
     rng = np.random.default_rng(seeds.stream(swaps.seed, "swaps", sweeps.done))
     order, counts = np.arange(frame.n), np.zeros(2, np.int64)
-    neighbors = (
+    near = Near(
         starts,
         other[by_first].astype(np.int64),
         np.concatenate([squares, squares])[by_first],
@@ -177,8 +177,17 @@ def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     radii = 0.5 * frame.diameters
     for _ in range(swaps.attempts):
         drawn = rng.integers(frame.n, size=(frame.n, 2))
-        _kernel()(radii, order, *neighbors, drawn, 0.5 * within, counts)
+        _kernel()(radii, order, near, drawn, 0.5 * within, counts)
     return order, int(counts[0]), int(counts[1])
+
+
+class Near(NamedTuple):
+    """Who is near each particle, and how near."""
+
+    starts: np.ndarray  # (n + 1,): the neighbors of i are ``others[starts[i] : starts[i + 1]]``
+    others: np.ndarray  # (m,)
+    squares: np.ndarray  # (m,), of their distances [length^2]
+    widest: np.ndarray  # (n,), the largest radius that walls and obstacles leave [length]
 
 
 @lru_cache(maxsize=1)
@@ -187,17 +196,15 @@ def _kernel() -> Any:
     from numba import types
 
     integers, reals = types.int64[::1], types.float64[::1]
-    table = types.int64[:, ::1]
-    signature = types.void(reals, integers, integers, integers, reals, reals, table, types.float64, integers)
-    return compiled(_exchange, signature)
+    near = types.NamedTuple((integers, integers, reals, reals), Near)
+    return compiled(
+        _exchange, types.void(reals, integers, near, types.int64[:, ::1], types.float64, integers)
+    )
 
 
-def _exchange(radii, order, starts, others, squares, widest, drawn, within, counts):
-    """Exchange the radii, and the order, of those pairs drawn that then overlap nobody.
-
-    The neighbors of i are ``others[starts[i] : starts[i + 1]]``, at ``squares`` of distances; at walls and
-    obstacles there is room for a radius of ``widest``.
-    """
+def _exchange(radii, order, near, drawn, within, counts):
+    """Exchange the radii, and the order, of those pairs drawn that then overlap nobody."""
+    starts, others, squares, widest = near
     for k in range(len(drawn)):
         i, j = drawn[k, 0], drawn[k, 1]
         if radii[i] < radii[j]:

@@ -28,9 +28,8 @@ from carom.engine.domains.logical_process import (
 )
 from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
 from carom.engine.neighbors.prefetch import HUGE
-from carom.simulation.pace import Pace
-from carom.simulation.workers.signals import signals_held
-from carom.simulation.workers.thread_pool import ThreadPool, cores
+from carom.simulation.autotune import Pace
+from carom.simulation.workers.thread_pool import ThreadPool, cores, signals_held
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 
 if TYPE_CHECKING:
@@ -133,7 +132,7 @@ class Executive:
     # One window -------------------------------------------------------------------------------------------
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
-        """Run one window, if the run can and it is faster; False if the plain cycle is to go on.
+        """Try a window: True if one ran, kept or undone; False if the plain cycle is to go on.
 
         It ends at ``stop``, an epoch and offset, and stays short of collision number ``target``.
         """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.pictures import palette, paper
+from carom.figures import palette, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ FLOOR = 2.0**-53
 
 def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     """Draw the error of positions and the bias of Z against speed, and the error of Z against N."""
-    figure = paper.figure_of(13.0, 4.2)
+    figure = style.figure_of(13.0, 4.2)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:

@@ -176,8 +176,8 @@ class SphericalCode(Result):
         return _of_words(values, "a spherical code")
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
-        """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.pictures.caps.caps``."""
-        from carom.pictures.caps import caps
+        """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.figures.caps.caps``."""
+        from carom.figures.caps import caps
 
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)
 

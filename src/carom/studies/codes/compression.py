@@ -1,4 +1,4 @@
-"""One seed of a spherical code: caps on great circles grow until they jam (the paper's secs. 8, 10)."""
+"""One seed of a spherical code: caps on great circles grow until they jam (the paper's secs. 9, 11)."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def spherical_code(
     """Search for n points on the unit sphere in d dimensions whose smallest angle is as large as possible.
 
     In every try, random points move on great circles and grow into caps until they jam (Smith; the paper's
-    sec. 10). In addition, sets of points that repel each other lead to other codes, in a hundredth of the
+    sec. 11). In addition, sets of points that repel each other lead to other codes, in a hundredth of the
     time. Hops improve the better of both. Newton's method then solves the equations of the contacts, for the
     best code in ``mpmath``.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.observables.combined import combined
+from carom.observables.analysis.precision import combined
 from carom.observables.statistics import UNKNOWN, Estimate
 from carom.studies.coefficients import windows
 from carom.studies.folder import Record

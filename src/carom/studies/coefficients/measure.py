@@ -10,8 +10,8 @@ from typing import Any, Self
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.species import species_count
+from carom.observables.analysis.moments import HelfandCurrents, HelfandMoments, mean_squares
 from carom.observables.dynamics import Dynamics
-from carom.observables.moments import HelfandCurrents, HelfandMoments, mean_squares
 from carom.scene.fields import is_simple, is_usual
 from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches

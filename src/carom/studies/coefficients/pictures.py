@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import theory
-from carom.pictures import palette, paper
+from carom.figures import palette, style
 from carom.studies.coefficients.points import Coefficients
 from carom.theory.transport import HIGHEST
 
@@ -34,7 +34,7 @@ def study(rows: list[Coefficients]) -> Figure:
     In two dimensions, where there is no theory of Enskog, and where no coefficient is known yet, the running
     self-diffusion replaces the coefficients.
     """
-    figure = paper.figure_of(9.6, 4.2)
+    figure = style.figure_of(9.6, 4.2)
     left, right = figure.subplots(1, 2)
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
@@ -66,7 +66,7 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
                 ms=4.5,
                 lw=1.0,
                 capsize=2.0,
-                color=paper.shade(k),
+                color=style.shade(k),
                 label=f"{label}, this $N$",
             )
     infinite = [
@@ -118,10 +118,10 @@ def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
                 x, y, e = np.transpose(points)
                 label = rf"$\eta$ = {row.packing_fraction:.3g}" + (f", $N$ = {row.n}" if several else "")
                 label += f", species {species[1:]}" if species else ""
-                axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=paper.shade(k), label=label)
+                axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=style.shade(k), label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
-                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=paper.shade(k))
+                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=style.shade(k))
     axes.set_xscale("log")
     for which in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
         which(LogFormatter())

@@ -10,8 +10,8 @@ import numpy as np
 
 from carom import checks, theory
 from carom.errors import InputError
-from carom.observables.drift import LEVEL
-from carom.observables.quantiles import chi_squared_tail
+from carom.observables.analysis.drift import LEVEL
+from carom.observables.analysis.quantiles import chi_squared_tail
 from carom.studies.eos.table import Row
 
 TERMS = 10

@@ -12,7 +12,7 @@ import numpy as np
 
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure, PressureResult
-from carom.observables.drift import moved as moved_from
+from carom.observables.analysis.drift import moved as moved_from
 from carom.simulation.measuring import stretches
 from carom.studies.eos.order import ORDERS
 from carom.studies.fluid import Fluid

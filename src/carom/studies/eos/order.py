@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 
 from carom.frame import Frame
+from carom.geometry.neighbors import within
+from carom.geometry.overlaps import geometry_of_frame
+from carom.geometry.tessellation import voronoi_bonds
 from carom.observables.bond_order import orders_of
-from carom.observables.neighbors import within
-from carom.observables.tessellation import voronoi_bonds
-from carom.scene.overlaps import room_of_frame
 
 REACH = 1.2 * 2 ** (1 / 6)
 """Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbors of fcc."""
@@ -22,7 +22,7 @@ MANY = 2048
 
 def psi_6(frame: Frame) -> float:
     """Return the modulus of the mean of psi_6, over the neighbors of the Voronoi tessellation."""
-    room = room_of_frame(frame)
+    room = geometry_of_frame(frame)
     pairs, bonds = voronoi_bonds(room, room.wrapped(frame.positions))
     mean = orders_of(6, frame.n, pairs, bonds.__getitem__).mean(axis=0)
     return math.sqrt(float(np.sum(mean**2)))
@@ -34,7 +34,7 @@ def q_6(frame: Frame) -> float:
     By the addition theorem its square is the mean of P_6(u . u') over pairs of bonds, and the mean of
     ``(u . u')^k`` the sum of squared moments ``<x^a y^b z^c>`` of degree k, weighted by multinomials.
     """
-    room = room_of_frame(frame)
+    room = geometry_of_frame(frame)
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)
     pairs, bonds = within(room, room.wrapped(frame.positions), reach)
     if not len(pairs):

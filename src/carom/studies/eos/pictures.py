@@ -12,8 +12,8 @@ import numpy as np
 
 from carom import texts, theory
 from carom.errors import InputError
+from carom.figures import palette, style
 from carom.models.files.tables import from_table
-from carom.pictures import palette, paper
 from carom.scene import description
 from carom.studies.eos.table import Row, compared
 from carom.studies.phase import ENDS, finite_size_shift, usual_equation
@@ -43,7 +43,7 @@ def study(
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
     chosen = _equations(result, equations)
-    figure = paper.figure_of(7.0, 6.4 if chosen else 4.2)
+    figure = style.figure_of(7.0, 6.4 if chosen else 4.2)
     # Without an equation of state there are no deviations to draw.
     heights = [3.0, 2.0] if chosen else [3.0]
     panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
@@ -64,8 +64,8 @@ def study(
     sizes = sorted({row.n for row in rows})
     shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
     name = kind(rows[0].dimension, result.spec.scene, mixture=len(species) > 1)
-    top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=paper.TITLE)
-    return paper.saved(figure, path)
+    top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=style.TITLE)
+    return style.saved(figure, path)
 
 
 def kind(dimension: int, scene: Mapping[str, Any], *, mixture: bool) -> str:
@@ -81,7 +81,7 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
         return None
-    figure = paper.figure_of(7.0, 5.6)
+    figure = style.figure_of(7.0, 5.6)
     top, bottom = figure.subplots(2, 1, sharex=True)
     symbol = {2: r"\psi_6", 3: "Q_6"}[rows[0].dimension]
     for axes in (top, bottom):
@@ -90,15 +90,15 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
         some = [row for row in rows if row.n == n]
         eta = [row.packing_fraction for row in some]
         errors = [row.order_error if math.isfinite(row.order_error) else 0.0 for row in some]
-        style: dict[str, Any] = {
-            "marker": MARKERS[number % len(MARKERS)], "color": paper.shade(number), "markersize": 4,
+        look: dict[str, Any] = {
+            "marker": MARKERS[number % len(MARKERS)], "color": style.shade(number), "markersize": 4,
             "linewidth": 1.0,
         }  # fmt: skip
-        top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **style)
-        top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=style["color"], capsize=2)
-        bottom.plot(eta, [row.susceptibility for row in some], **style)
+        top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **look)
+        top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=look["color"], capsize=2)
+        bottom.plot(eta, [row.susceptibility for row in some], **look)
         flagged = [row for row in some if not row.equilibrated]
-        hollow = {**style, "markerfacecolor": "white", "linestyle": "none"}
+        hollow = {**look, "markerfacecolor": "white", "linestyle": "none"}
         for axes, name in ((top, "order"), (bottom, "susceptibility")):
             axes.plot(
                 [row.packing_fraction for row in flagged],
@@ -110,7 +110,7 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     bottom.set_ylabel(rf"$N\,(\langle|{symbol}|^2\rangle - \langle|{symbol}|\rangle^2)$")
     bottom.set_xlabel(r"packing fraction $\eta$")
     top.legend(fontsize=8.5, frameon=False)
-    return paper.saved(figure, path)
+    return style.saved(figure, path)
 
 
 def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
@@ -120,7 +120,7 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
         return None
     columns = min(3, len(fits))
     lines = math.ceil(len(fits) / columns)
-    figure = paper.figure_of(3.2 * columns + 0.6, 2.7 * lines + 0.3)
+    figure = style.figure_of(3.2 * columns + 0.6, 2.7 * lines + 0.3)
     panels = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     for axes, fit in zip(panels, fits, strict=False):
         axes.spines[["top", "right"]].set_visible(False)
@@ -156,7 +156,7 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     for axes in panels[len(fits) :]:
         axes.set_visible(False)
     panels[0].legend(fontsize=8, frameon=False)
-    return paper.saved(figure, path)
+    return style.saved(figure, path)
 
 
 def _equations(result: Any, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
@@ -189,11 +189,11 @@ def _curves(
         if not etas:
             continue
         within = np.linspace(0.0 if state == "fluid" else min(etas), max(etas), CURVE)
-        for (name, equation), (color, style) in zip(known.items(), looks, strict=False):
+        for (name, equation), (color, line) in zip(known.items(), looks, strict=False):
             eta = within if state == "solid" else within[within <= ENDS.get(name, 1.0)]
             with contextlib.suppress(InputError):
                 z = [float(equation(float(e))) for e in eta]
-                axes.plot(eta, z, color=color, ls=style, lw=1.1, label=texts.label(name), zorder=2)
+                axes.plot(eta, z, color=color, ls=line, lw=1.1, label=texts.label(name), zorder=2)
 
 
 def _crystals(dimension: int) -> dict[str, Equation]:
@@ -217,7 +217,7 @@ def _points(
 ) -> None:  # fmt: skip
     """Draw a quantity of some rows of one size; flagged points are hollow."""
     number = sorted({row.n for row in rows}).index(n)
-    color = paper.shade(number)
+    color = style.shade(number)
     axes.errorbar(
         [row.packing_fraction for row in some], values, [e if math.isfinite(e) else 0.0 for e in errors],
         fmt=MARKERS[number % len(MARKERS)], color=color, markerfacecolor=color if good else "white",
@@ -248,7 +248,7 @@ def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equatio
     limit = max(1.3 * float(np.max(np.abs(seen))), 2.0 * float(np.median(bars))) or 1.0
     axes.set_ylim(-limit, limit)
     etas = [row.packing_fraction for row in rows if row.phase == "fluid"]
-    for (other, equation), (color, style) in zip(others, palette.THEORIES[1:], strict=False):
+    for (other, equation), (color, line) in zip(others, palette.THEORIES[1:], strict=False):
         eta = np.linspace(0.0, max(etas, default=0.0), CURVE)
         eta = eta[eta <= min(ENDS.get(name, 1.0), ENDS.get(other, 1.0))]
         with contextlib.suppress(InputError):
@@ -256,5 +256,5 @@ def _deviations(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equatio
                 [100.0 * (float(equation(float(e))) / float(first(float(e))) - 1.0) for e in eta]
             )
             above[np.abs(above) > limit] = math.nan
-            axes.plot(eta, above, color=color, ls=style, lw=1.1, zorder=2)
+            axes.plot(eta, above, color=color, ls=line, lw=1.1, zorder=2)
     axes.set_ylabel(f"above {texts.label(name)} [%]", fontsize=9)

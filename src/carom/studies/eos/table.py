@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from carom.errors import InputError
-from carom.observables import drift
-from carom.observables.quantiles import chi_squared_tail
+from carom.observables.analysis import drift
+from carom.observables.analysis.quantiles import chi_squared_tail
 from carom.studies.folder import Record
 from carom.studies.phase import end, expected, finite_size_shift, usual_equation
 from carom.table import Column, error

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from carom.block import Block
-from carom.observables.precision import Goal
+from carom.observables.analysis.precision import Goal
 from carom.observables.statistics import Estimate, blocking
 from carom.scene.fields import is_elastic, is_equal, is_usual
 from carom.scene.scene import Scene

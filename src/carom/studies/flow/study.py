@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom import theory
-from carom.observables.drift import drift, drifts
+from carom.observables.analysis.drift import drift, drifts
 from carom.observables.statistics import (
     FEW_SAMPLES,
     Estimate,
@@ -108,11 +108,11 @@ class ShearFlow(GridStudy[ShearSpec]):
 
     def picture(self) -> Figure | None:
         """Return the viscosity against the rate, or of one rate the packing fraction, with Enskog's."""
-        from carom.pictures import paper
+        from carom.figures import style
 
         if not self.table:
             return None
-        figure, axes = paper.sheet(5.0, 3.6)
+        figure, axes = style.sheet(5.0, 3.6)
         rates = sorted({row.rate for row in self.table})
         one_rate = len(rates) == 1 < len({row.packing_fraction for row in self.table})
         several = len({row.n for row in self.table}) > 1
@@ -121,7 +121,7 @@ class ShearFlow(GridStudy[ShearSpec]):
             one = f"rate {row.rate:g}" if one_rate else rf"$\eta$ = {row.packing_fraction:.3g}"
             curves.setdefault(one + f", $N$ = {row.n}" * several, []).append(row)
         for k, (label, rows) in enumerate(curves.items()):
-            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], paper.shade(k)
+            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], style.shade(k)
             axes.errorbar(
                 x, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
                 color=color, label=label,
@@ -138,7 +138,7 @@ class ShearFlow(GridStudy[ShearSpec]):
         axes.set_ylabel("viscosity")
         axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])  # room for the names
         axes.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")
-        paper.lay_out(figure, axes)
+        style.lay_out(figure, axes)
         return figure
 
 

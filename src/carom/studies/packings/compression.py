@@ -1,4 +1,4 @@
-"""Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 8).
+"""Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 9).
 
 Every contact of growing spheres adds energy. So after each stretch of a fixed number of collisions velocities
 are scaled back to kT = 1, momentum is set to zero, and the pressure decides how to go on.
@@ -17,12 +17,12 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.geometry.overlaps import rounding
 from carom.models.obstacles.named_walls import Walls
 from carom.paths import writing
 from carom.scene import lattices
-from carom.scene.overlaps import rounding
-from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
+from carom.simulation.moves.growth import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.job import Job, Look
@@ -102,7 +102,7 @@ def points(
     packing_fraction: float | None = None,
     seed: int | np.random.Generator = 1,
 ) -> Scene:
-    """Return random points that will grow into spheres: the start of the paper's sec. 8.
+    """Return random points that will grow into spheres: the start of the paper's sec. 9.
 
     Diameters of ``species`` are about the final ones [length]; points have ``POINT`` of them by default.
     """

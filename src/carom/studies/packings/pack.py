@@ -72,7 +72,7 @@ def pack(
     progress: Progress | None = None,
     **given: Any,
 ) -> Packing:
-    """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
+    """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 9).
 
     Parameters
     ----------

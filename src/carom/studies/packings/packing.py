@@ -19,6 +19,8 @@ from carom.arithmetic import power
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.geometry.contacts import Contacts
+from carom.geometry.overlaps import Geometry
 from carom.io.formats import SUFFIXES
 from carom.io.validation import flaw
 from carom.models.files.tables import from_table, obstacle_to_table
@@ -26,12 +28,9 @@ from carom.models.obstacles import Obstacle
 from carom.observables.packing import PackingNetwork, network_of
 from carom.paths import replacing, write_text, writing
 from carom.results import Result, plain, shown
-from carom.scene.description import particles
-from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
-from carom.scene.species import Contacts
 from carom.table import in_html as table
-from carom.texts import counted, visible
+from carom.texts import counted, particles, visible
 from carom.version import __version__
 
 HISTORY = np.dtype([("collisions", np.int64), ("packing_fraction", float), ("Z", float), ("rate", float)])
@@ -308,7 +307,7 @@ class Packing(Result):
 
 def parted(frame: Frame, obstacles: Sequence[Obstacle]) -> tuple[Frame, float]:
     """Return the frame with diameters reduced until nothing overlaps, and the fraction of the reduction."""
-    room = Room(np.asarray(frame.box, dtype=float), np.asarray(frame.periodic), obstacles)
+    room = Geometry(np.asarray(frame.box, dtype=float), np.asarray(frame.periodic), obstacles)
     contacts = Contacts(frame.diameters)
     pairs = room.pairs(frame.positions, contacts)
     gaps = [room.distances(frame.positions, pairs) / contacts.of(pairs) - 1.0]

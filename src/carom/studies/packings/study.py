@@ -15,7 +15,6 @@ import numpy as np
 from carom.errors import InputError
 from carom.observables.statistics import value_with_error
 from carom.results import as_saved, from_dict
-from carom.scene.description import particles
 from carom.studies.documented import documented
 from carom.studies.folder import Task
 from carom.studies.packings.compression import PER_FACTOR, Compression, N, Stage, stages_of
@@ -24,7 +23,7 @@ from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
 from carom.studies.study import Study
 from carom.table import Column, Table
-from carom.texts import counted
+from carom.texts import counted, particles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -177,12 +176,12 @@ class Packings(Study[PackSpec]):
 
     def picture(self) -> Figure | None:
         """Return the jamming fraction of each seed, their mean and its standard error."""
-        from carom.pictures import paper
+        from carom.figures import style
 
         known = [(row.jamming_fraction, row.seed) for row in self.table if row.jamming_fraction is not None]
         if not known:
             return None
-        figure, axes = paper.sheet(5.0, 3.6)
+        figure, axes = style.sheet(5.0, 3.6)
         mean, error = self.mean("jamming_fraction")
         axes.axvline(mean, color="0.4", lw=0.8)
         if math.isfinite(error):
@@ -193,7 +192,7 @@ class Packings(Study[PackSpec]):
         axes.locator_params(axis="y", integer=True)
         axes.locator_params(axis="x", nbins=5)
         axes.ticklabel_format(axis="x", useOffset=False)
-        paper.lay_out(figure, axes)
+        style.lay_out(figure, axes)
         return figure
 
     def files(self) -> dict[str, Callable[[Path], object]]:

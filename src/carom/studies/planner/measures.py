@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from carom import theory
 from carom.errors import InputError
-from carom.observables.combined import least_variance
+from carom.observables.analysis.precision import least_variance
 from carom.observables.statistics import Estimate, blocking, unwarned
 from carom.scene.fields import is_usual
 from carom.scene.scene import Scene

@@ -189,7 +189,7 @@ class RunPlan(Result):
 
         Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
-        from carom.pictures.paper import saved, sheet
+        from carom.figures.style import saved, sheet
 
         figure, axes = sheet(6.4, 4.0)
         known = [size for size in self.sizes if math.isfinite(size.cpu_seconds)]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from carom.observables.equilibrium import doubts
+from carom.observables.analysis.equilibrium import doubts
 from carom.observables.statistics import Estimate
 from carom.studies.folder import Record, Task
 from carom.studies.planner import pilot as trial
@@ -18,7 +18,7 @@ from carom.studies.planner.system import System
 
 SHORTEST = 16.0
 """Least length of a run over that of its equilibration. An equilibration is some four blocks long that are
-independent of each other, and an error bar needs 64 such blocks (``carom.observables.precision``)."""
+independent of each other, and an error bar needs 64 such blocks (``observables.analysis.precision``)."""
 
 ESTIMATORS = {
     "virial": "the virial: the momentum that collisions carry",

@@ -30,6 +30,6 @@ def numbers(found: VolumeResult, moves: VolumeMoves, diameter: float) -> dict[st
 
 
 def settings(moves: VolumeMoves) -> dict[str, Any]:
-    """Return the barostat with its last step, and the moves that were tried and accepted since the start."""
+    """Return the barostat, and the moves that were tried and accepted since the start."""
     counts = {"tried": moves.tried, "accepted": moves.accepted}
-    return {**dataclasses.asdict(moves.barostat), "step": moves.step, **counts}
+    return {**dataclasses.asdict(moves.barostat), **counts}

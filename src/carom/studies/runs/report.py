@@ -17,20 +17,21 @@ import numpy as np
 from carom.block import Block
 from carom.errors import CaromError, FileError, InputError, OverlapError, warn
 from carom.frame import Frame
+from carom.geometry.overlaps import Overlap
 from carom.io.trajectory import open_reader
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
 from carom.observables import Estimate, Pressure, PressureResult, WallPressure
-from carom.observables.drift import LEVEL, moved
+from carom.observables.analysis.drift import LEVEL, moved
+from carom.observables.analysis.equilibrium import doubts_about, slow_structure
+from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.quantiles import student_above
 from carom.observables.energy import (
     Energy,
     EnergyResult,
     without_potential,
 )
-from carom.observables.equilibrium import doubts_about, slow_structure
-from carom.observables.layers import Layers
 from carom.observables.pressure import without_pressure
-from carom.observables.quantiles import student_above
 from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
 from carom.observables.statistics import ratio, unwarned
 from carom.observables.volume import VolumeResult
@@ -38,16 +39,14 @@ from carom.observables.wall_pressure import obstacle_names
 from carom.paths import write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
-from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.velocities import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import stretches
-from carom.simulation.measuring.equilibration import drifts
+from carom.simulation.measuring.equilibration import drifts, mean_square_displacement
 from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.mechanics import Statistics
-from carom.simulation.measuring.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
 from carom.studies import phase as phases
 from carom.studies.phase import MeanBox, Phase, finite, phase_of

@@ -53,7 +53,14 @@ SUMMARY = records.table(
         "frames_with_overlaps": records.optional(_COUNT),
         "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
         "barostat": records.optional(
-            records.table({"pressure": _POSITIVE, "step": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
+            records.table(
+                {
+                    "pressure": _POSITIVE,
+                    "step": records.optional(_POSITIVE),
+                    "tried": _COUNT,
+                    "accepted": _COUNT,
+                }
+            )
         ),
         **dict.fromkeys(("U", "temperature", "volume"), records.optional(_ESTIMATE)),
     },

@@ -13,18 +13,17 @@ from carom import io
 from carom.block import Block
 from carom.compiling import entry
 from carom.errors import InputError, warn
+from carom.geometry.overlaps import Overlap
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
-from carom.observables.layers import Layers
-from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate, unwarned
-from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.files.checkpoint import size, size_of_file
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.depths import deepest, present
-from carom.simulation.moves.barostat import tuning
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
@@ -250,11 +249,6 @@ class Run(Measured):
     def kT(self) -> float | None:
         """The temperature to which pairs on steps are brought; an event log holds no scaled velocities."""
         return None if self.plan.run.event_log else self.plan.run.kT
-
-    def equilibrate(self, look: Look) -> None:
-        """Run to the end of the equilibration."""
-        with tuning(self.sim._state):
-            super().equilibrate(look)
 
     def prepare(self) -> None:
         """Begin to measure, in equilibrium."""
