@@ -71,7 +71,7 @@ def one(arguments, cpu):
     for owner, attribute, name in (
         (underway.Run, "from_the_start", "scene, kernel, looks"),
         (underway.Run, "_write", "frames"),
-        (underway.Run, "_save", CHECKPOINTS),
+        (underway.Run, "save", CHECKPOINTS),
         (report, "pressure_of", "error bars"),
         (report, "_distribution", "g(r)"),
         (report, "_draw", "pictures"),

@@ -279,8 +279,8 @@ kept.rename(folder / "end.npz")
 PACKS = """
 import sys
 from carom.cli import main
-from carom.studies.packings import compression
-compression.CHECKPOINT_EVERY = 0.02
+from carom.studies import job
+job.EVERY = 0.02
 main()
 """
 
@@ -307,6 +307,35 @@ def test_kills_change_no_bit_of_a_mixture_that_grows_between_walls_around_a_ball
     assert mine.keys() == its.keys()
     # The attributes are JSON, and hold the seconds that were spent.
     assert all(np.array_equal(mine[name], its[name]) for name in mine if name != "attributes")
+
+
+SHORT = ["--eta", "0.3", "--n", "256", "--replicas", "1", "--engine", "serial", "--no-pictures"]
+
+TASKS = {
+    "eos": [*SHORT, "--collisions-per-particle", "20000"],
+    "transport": [*SHORT, "--collisions-per-particle", "20000"],
+    "shear": [*SHORT, "--rate", "1", "--strains", "1500"],
+    "code": ["24", "--tries", "1", "--engine", "serial"],
+}
+"""A study of one task of some seconds, by command."""
+
+
+@pytest.mark.parametrize("study", ["eos", slow("transport"), slow("shear"), slow("code")])
+def test_five_kills_change_no_bit_of_a_task_of_a_study(tmp_path, study):
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    done = command(study, *TASKS[study], "--out", whole)
+    assert (done.returncode, complaints(done)) == (0, "")
+    (record,) = (whole / "tasks").glob("*.json")
+    words = [sys.executable, "-c", PACKS, study, *TASKS[study], "--out", cut]
+    state, end = ((cut / "tasks" / record.name).with_suffix(suffix) for suffix in (".h5", ".json"))
+    began = []
+    killed_until_it_ends(
+        words, words, state, end, kills=5, seed=1, after=lambda: began.append(state.exists())
+    )
+    assert any(began), "it had nothing to go on with"
+    mine, its = (json.loads(path.read_text())["result"] for path in (record, end))
+    assert mine == its
+    assert not state.exists()
 
 
 @pytest.mark.slow

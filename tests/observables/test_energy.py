@@ -21,7 +21,7 @@ from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import readings, stretches
 from carom.simulation.measuring.until_precise import merged
 from carom.studies.runs.report import _other_temperature
-from carom.studies.runs.stretch import Stretch
+from carom.studies.runs.underway import Measured
 
 EDGE = 5.0
 
@@ -221,12 +221,14 @@ def test_a_merged_block_is_the_sum_of_its_parts_field_by_field():
 @pytest.mark.parametrize("heat", [None, 3.0])
 def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
     # Collisions, virial, integral of kT; potential energy and kT now: the energy rises from -4 to 0.
-    marks = [(0, 0.0, heat and 1.0, (-10.0, 1.0)), (5, 2.0, heat and 1.0 + heat, (-8.0, 4 / 3))]
-    stretch = Stretch(1, 1, 1, step=2.0, marks=marks)
-    (block,) = stretch.blocks(SimpleNamespace(degrees_of_freedom=12))
+    first = Block(0.0, 0, 0.0, kT_time=heat and 1.0, energy=(-10.0, 1.0))
+    last = Block(2.0, 5, 2.0, kT_time=heat and 1.0 + heat, energy=(-8.0, 4 / 3))
+    sim = SimpleNamespace(degrees_of_freedom=12, scene=carom.Scene.random(5, 0.05, seed=1))
+    stretch = Measured({}, sim, duration=2.0, marks=[first, last])
+    (block,) = stretch.blocks()
     assert block.energy.kT == pytest.approx(1.5 if heat else 7 / 6)
     assert block.energy.potential == pytest.approx(-2.0 - 9.0 if heat else -9.0)
-    assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
+    assert stretch.energy_drift == pytest.approx(4.0 / 6.0)
 
 
 @pytest.mark.usefixtures("unscheduled")

@@ -2,7 +2,6 @@
 
 import json
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,9 +15,8 @@ from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
 from carom.observables.analysis.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation.measuring import stretches
-from carom.simulation.measuring.mechanics import Impacts
-from carom.studies.runs.stretch import Stretch
+from carom.studies.job import Look
+from carom.studies.runs.underway import Measured
 
 
 def frame_of(scene, places, velocities, masses):
@@ -144,22 +142,21 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
     assert "± ?" not in shown
 
 
-def test_a_block_has_what_each_wall_took_up_and_gave_in_it(monkeypatch):
-    monkeypatch.setattr(stretches, "tally", lambda sim: sim.tally)
-    scene = carom.Scene([[2.0, 2.0]], 4.0, walls="y")
-    still = frame_of(scene, scene.positions, np.zeros((1, 2)), np.ones(1))
-    stretch = Stretch(1, 1, 1, step=2.0)
-    for k in (1, 3):
-        walls = [Impacts("lower", k, 1.0 * k, 10.0 * k), Impacts("upper", k, 2.0 * k, 20.0 * k)]
-        tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
-        sim = SimpleNamespace(
-            tally=tally, scene=scene, obstacles=walls, frame=lambda: still,
-            _state=SimpleNamespace(scene=scene, volume_moves=None), degrees_of_freedom=2,
-        )  # fmt: skip
-        stretch.mark(sim)
-    (block,) = stretch.blocks(sim)
-    assert (block.collisions, block.virial, block.impulses, block.works) == (2, 1.0, (2.0, 4.0), (20.0, 40.0))
-    assert block.momentum_changes == (0.0, 0.0)
+def test_a_block_has_what_each_wall_took_up_and_gave_in_it(plain):
+    walls = {"y_low": carom.models.Wall(kT=2.0), "y_high": carom.models.Wall()}
+    scene = carom.Scene([[2.0, 2.0]], 4.0, walls=walls, velocities=[[0.0, 1.0]])
+    sim = carom.Simulation(scene, seed=1)
+    stretch = Measured({}, sim)
+    stretch.cut(10.0)
+    before = sim.obstacles
+    stretch.run_block(Look())
+    (block,) = stretch.blocks()
+    pairs = list(zip(before, sim.obstacles, strict=True))
+    assert block.impulses == tuple(after.impulse - early.impulse for early, after in pairs)
+    assert block.works == tuple(after.work - early.work for early, after in pairs)
+    assert any(block.impulses)
+    assert any(block.works)
+    assert len(block.momentum_changes) == len(pairs)
 
 
 def test_a_pressure_on_what_nothing_hit_says_so():

@@ -16,9 +16,10 @@ from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring.until_precise import merged
 from carom.simulation.moves.barostat import VolumeMoves, volume_sums
+from carom.studies.job import Look
 from carom.studies.phase import MeanBox, _theory, phase_of, shift
 from carom.studies.runs import constant_pressure
-from carom.studies.runs.stretch import Stretch
+from carom.studies.runs.underway import Measured
 
 SLOW = pytest.mark.slow
 
@@ -126,16 +127,15 @@ def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
 
 def test_a_stretch_that_begins_anew_holds_nothing_of_the_pilot(plain):
     sim = carom.Simulation(rods(3), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)
-    stretch = Stretch.of(1)
+    stretch = Measured({}, sim)
     for segments in (2, 4):
-        stretch.begin(sim, segments, 1.5 * segments)
+        stretch.begin_segments(segments, 1.5 * segments)
         start = volume_sums(sim._state)
         for _ in range(segments):
-            sim.run(time=stretch.step)
-            stretch.mark(sim)
+            stretch.run_block(Look())
             stretch.temperatures.append((1.0,))
             stretch.layers.append((1.0,))
-        blocks = stretch.blocks(sim)
+        blocks = stretch.blocks()
         assert len(blocks) == len(stretch.temperatures) == len(stretch.layers) == segments
         added = np.sum([block.volumes for block in blocks], axis=0)
         assert added == pytest.approx(np.subtract(volume_sums(sim._state), start), rel=1e-12)

@@ -24,6 +24,7 @@ from typing import Any
 from carom import checks
 from carom.errors import CaromError, InputError
 from carom.simulation.workers.thread_pool import cores
+from carom.studies.job import Stopped
 from carom.texts import counted
 
 NAMES = ("processes", "threads", "serial", "mpi")
@@ -36,10 +37,6 @@ GLANCE = 0.1
 
 PATIENCE = 10.0
 """Seconds to wait for the answer of a scheduler."""
-
-
-class Stopped(Exception):
-    """A task ended because it was told to stop."""
 
 
 class Failed(Exception):
@@ -64,8 +61,6 @@ class Place:
         ``end(now)`` ends the workers, at once or after their tasks.
     local : bool
         Whether functions run in this process. They must then check themselves whether to stop.
-    here : bool
-        Whether it has the disk of this process.
     capacity : int or None
         Number of tasks at a time; None without limit.
     replaces : bool
@@ -76,7 +71,6 @@ class Place:
     submit: Callable[[Callable[[Any], Any], Any], Future[Any]]
     end: Callable[[bool], object] = field(default_factory=lambda: _nothing)
     local: bool = False
-    here: bool = False
     capacity: int | None = None
     replaces: bool = False
 
@@ -145,11 +139,11 @@ def _choose(choice: Any, workers: int | None, most: int | None, main: bool) -> P
         choice, workers = "processes", choice
     count = min(workers or cores(), most or sys.maxsize)
     if choice == "serial":
-        return Place("serial", _at_once, local=True, here=True, capacity=1)
+        return Place("serial", _at_once, local=True, capacity=1)
     if choice == "threads":
         pool = ThreadPoolExecutor(count)
         end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
-        return Place(counted(count, "thread"), pool.submit, end, local=True, here=True)
+        return Place(counted(count, "thread"), pool.submit, end, local=True)
     if choice == "processes":
         return _processes(count, main)
     if choice == "mpi":
@@ -216,7 +210,7 @@ def _processes(count: int, main: bool) -> Place:
             pool.join()
 
     name = counted(count, "process")
-    return Place(name, submit, end, here=True, replaces=True)
+    return Place(name, submit, end, replaces=True)
 
 
 def _begin(leash: Any) -> None:

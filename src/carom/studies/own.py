@@ -12,12 +12,14 @@ from carom.declared import Opt, integer, number, several, word
 from carom.spec import Spec, integers_of, numbers_of
 from carom.studies.documented import documented
 from carom.studies.folder import Record, Task, stream
-from carom.studies.study import Look, Study
+from carom.studies.job import Job, Look
+from carom.studies.study import Study
 from carom.table import Column, Table, error, facts
 from carom.version import __version__ as version
 
 __all__ = [
     "Column",
+    "Job",
     "Look",
     "Opt",
     "Record",

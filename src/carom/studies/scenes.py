@@ -20,7 +20,6 @@ from carom.scene.species import Species
 from carom.scene_file import words
 from carom.scene_file.fields import tuples
 from carom.scene_file.sections import SceneSpec
-from carom.simulation.measuring.equilibration import Equilibration, exchanges
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.folder import Task, stream
@@ -47,15 +46,6 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         tuning=Tuning(neighbors=task.get("neighbors", "auto")),
         **settings,
     )
-
-
-def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) -> None:
-    """Equilibrate the simulation of a task for its time; pairs on steps are brought to its temperature."""
-    length, asked = task["equilibration"], sim.scene.velocities is None
-    if asked and exchanges(sim):
-        Equilibration(sim, task["scene"].get("kT", 1.0), checks.collisions_of(length, sim.n)).run(look)
-    else:
-        sim.run(collisions_per_particle=length, progress=look)
 
 
 def by_species(scene: Scene, values: np.ndarray) -> np.ndarray:

@@ -32,8 +32,8 @@ from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
-from carom.studies.executors import Stopped
-from carom.studies.folder import Folder, Record, Task, json_of, key, sealed, unsealed
+from carom.studies.folder import SETTINGS, Folder, Record, Task, json_of, key, sealed, unsealed
+from carom.studies.job import Look
 from carom.studies.signals import Interrupted, stoppable
 from carom.table import Table
 from carom.texts import label
@@ -46,19 +46,6 @@ S = TypeVar("S", bound=Spec)
 
 REGISTERED: dict[str, type[Study[Any]]] = {}
 """The studies that were imported, by what their folders say that they are: those of one's own as well."""
-
-
-@dataclass(frozen=True)
-class Look:
-    """What a task calls from time to time; it ends the task if the study is to stop."""
-
-    stop: Callable[[], bool] | None = None  # None in a process of its own, which is ended from outside
-    kept: Path | None = None  # where a long task keeps its state, and finds it again
-
-    def __call__(self, *_: object) -> None:
-        """End the task if it is asked to."""
-        if self.stop is not None and self.stop():
-            raise Stopped
 
 
 @dataclass(frozen=True)
@@ -91,8 +78,6 @@ class Study(Result, Generic[S]):
     """Columns of the picture: x, y with an error in ``y_error``, and perhaps one that names the curves."""
     unit: ClassVar[str] = "runs"
     """What tasks are called on the screen."""
-    long: ClassVar[bool] = False
-    """Whether a task keeps its state from time to time, and goes on from there."""
     anytime: ClassVar[bool] = False
     """Whether what is known after Ctrl-C is a result of its own, which the command prints and writes."""
 
@@ -103,7 +88,10 @@ class Study(Result, Generic[S]):
 
     @staticmethod
     def measure(task: Task, look: Look) -> dict[str, Any]:
-        """Return the result of a task, as JSON values; what is not reproducible is under ``timings``."""
+        """Return the result of a task, as JSON values; what is not reproducible is under ``timings``.
+
+        That of a :class:`~carom.studies.job.Job` goes on where it was.
+        """
         raise NotImplementedError
 
     @staticmethod
@@ -358,12 +346,11 @@ class Study(Result, Generic[S]):
                 stop.deferred = True
                 # What still runs when the results are enough is ended, too.
                 over = lambda: stop.asked or session.enough  # noqa: E731
-                with executors.opened(
-                    executor, workers, len(missing), main=self.measure.__module__ == "__main__"
-                ) as place:
+                main = getattr(self.measure, "__self__", self.measure).__module__ == "__main__"
+                with executors.opened(executor, workers, len(missing), main=main) as place:
                     name = place.name
                     asked = over if place.local else None
-                    kept = folder.path if folder and self.long and place.here else None
+                    kept = folder.path.absolute() if folder else None
                     ended = executors.run(
                         functools.partial(perform, self.measure, stop=asked, kept=kept),
                         missing,
@@ -449,8 +436,10 @@ def perform(
         )
     # The table reports what single runs warn of. Filters belong to the process, and to its main thread.
     main = threading.current_thread() is threading.main_thread()
+    # A worker that does not see the folder keeps nothing.
+    path = Folder(kept).kept(task) if kept and (kept / SETTINGS).is_file() else None
     with unwarned() if main else contextlib.nullcontext():
-        found = measure(task, Look(stop, kept and Folder(kept).kept(task)))
+        found = measure(task, Look(stop, path))
     if not isinstance(found, Mapping):
         raise InputError(f"measure must return a dictionary, found {checks.describe(found)}")
     result = json_of(found, "result")

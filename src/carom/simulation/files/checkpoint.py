@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from os import PathLike
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,19 +44,37 @@ _UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
 """What attributes of any kind and arrays of any size can lead to."""
 
 
-def save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any]) -> None:
-    """Write a checkpoint and small values that JSON can hold; see :meth:`carom.Simulation.save`."""
+def plain(value: Any) -> Any:
+    """Return numbers and arrays of NumPy as those of Python."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is none of the values of a file")
+
+
+def save(
+    path: str | PathLike[str],
+    run_state: RunState,
+    extra: dict[str, Any],
+    more: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> None:
+    """Write a checkpoint, small values that JSON can hold, and ``more`` arrays, named ``extra.NAME``.
+
+    See :meth:`carom.Simulation.save`.
+    """
     with run_state.alone.reading():
-        _save(path, run_state, extra)
+        _save(path, run_state, extra, more)
 
 
-def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any]) -> None:
+def _save(
+    path: str | PathLike[str], run_state: RunState, extra: dict[str, Any], more: Mapping[str, np.ndarray]
+) -> None:
     from carom.io import checkpoint
     from carom.version import __version__
 
     run_state.flush_log()
     system, clock = run_state.system, run_state.clock
     arrays, scene_attributes = _arrays(run_state)
+    arrays |= {f"extra.{name}": value for name, value in more.items()}
     attributes = {
         "carom": __version__,
         "scene": json.dumps(scene_attributes),
@@ -78,7 +97,7 @@ def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any])
         "stage": 0 if run_state.oscillation is None else run_state.oscillation.done,
         "event_log": "" if run_state.log is None else str(run_state.log.path),
         "logged": None if run_state.log is None else run_state.log.mark(),
-        "extra": json.dumps(extra),
+        "extra": json.dumps(extra, default=plain),
     }
     checkpoint.save(path, arrays, attributes)
 

@@ -235,15 +235,16 @@ class StructuralRelaxation:
     Not watched are growing diameters, and runs without counts of images, where particles cannot be followed.
     """
 
-    def __init__(self, run_state: RunState):
+    def __init__(self, run_state: RunState, start: np.ndarray | None = None):
         self._run_state = run_state
         followed = run_state.engine.state.images is not None and run_state.system.rates is None
-        self._start = run_state.frame().unwrapped if followed else None
+        self.start = start if start is not None or not followed else run_state.frame().unwrapped
+        """Unwrapped positions at the beginning, (n, d) [length]; None where they are not watched."""
         self._box = np.array(run_state.scene.box)
 
     def doubts(self) -> list[str]:
         """Return a sentence if the arrangement has not relaxed since the beginning (``slow_structure``)."""
-        if self._start is None:
+        if self.start is None:
             return []
         return slow_structure(self._run_state.scene, self._square())
 
@@ -256,7 +257,7 @@ class StructuralRelaxation:
         """
         scene = self._run_state.scene
         freezing = FREEZING.get(scene.dimension)
-        if self._start is None or freezing is None:
+        if self.start is None or freezing is None:
             return 0.0, 0.0
         moved = math.sqrt(self._square()) / (scene.volume / scene.n) ** (1.0 / scene.dimension)
         if scene.packing_fraction >= NEAR_FREEZING * freezing:
@@ -267,9 +268,9 @@ class StructuralRelaxation:
         return moved, STUCK if alone else 0.0
 
     def _square(self) -> float:
-        assert self._start is not None
+        assert self.start is not None
         scale = np.array(self._run_state.scene.box) / self._box  # a barostat moves all places with the box
-        return mean_square_displacement(self._start * scale, self._run_state.frame().unwrapped)
+        return mean_square_displacement(self.start * scale, self._run_state.frame().unwrapped)
 
 
 def mean_square_displacement(start: np.ndarray, end: np.ndarray) -> float:

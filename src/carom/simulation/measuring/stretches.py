@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from carom import checks
-from carom.block import Block
+from carom.block import Block, EnergySample, MomentumFlux, VolumeSums, weighted_sum
 from carom.errors import InputError
 from carom.models.motions.shear import Shear
 from carom.observables.analysis.drift import STUCK, moved
@@ -48,21 +50,46 @@ def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
     return found
 
 
+def mark(sim: Simulation) -> Block:
+    """Return the sums since the start, with momenta at walls and energies as they are now."""
+    state = sim._state
+    momenta, surfaces = mechanics.momenta_at_walls(state)
+    energy = readings.energy_now(state)
+    return tally(sim)._replace(momentum_changes=momenta, surface_changes=surfaces, energy=energy)
+
+
+def recalled(words: Sequence[Any]) -> Block:
+    """Return the mark of which a file has the numbers in lists."""
+    values: list[Any] = [tuple(each) if isinstance(each, list) else each for each in words]
+    found = Block(*values)
+    return found._replace(
+        energy=found.energy and EnergySample(*found.energy),
+        momentum_flux=found.momentum_flux and MomentumFlux(*map(np.asarray, found.momentum_flux)),
+        volumes=found.volumes and VolumeSums(*found.volumes),
+    )
+
+
+def between(sim: Simulation, before: Block, after: Block, duration: float) -> Block:
+    """Return the sums over a ``duration`` [time] between two marks of a simulation."""
+    block: Block = weighted_sum(after, before, 1, -1)
+    block = block._replace(duration=duration)
+    freedoms = degrees_of_freedom(sim.scene)
+    return block._replace(energy=readings.mean_energy(before.energy, after.energy, block, freedoms))
+
+
+def run_to(sim: Simulation, instant: Fraction, look: Callable[[float], object] | None = None) -> Block:
+    """Continue a run to an exact instant; ``look`` may save it on the way, or end it by what it raises."""
+    return run_loop.advance(sim._state, None, instant, progress=look)
+
+
 def blocks(sim: Simulation, duration: float, count: int) -> Iterator[Block]:
     """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each."""
-    state = sim._state
-    start, step = state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
-    before, energy_before = mechanics.momenta_at_walls(state), readings.energy_now(state)
+    start, step = sim._state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
+    before = mark(sim)
     for k in range(1, checks.integer(count, "count", low=0) + 1):
-        block = run_loop.advance(state, None, start + k * step)
-        after = mechanics.momenta_at_walls(state)
-        momenta, surfaces = (
-            tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
-        )
-        energy_after = readings.energy_now(state)
-        means = readings.mean_energy(energy_before, energy_after, block, degrees_of_freedom(sim.scene))
-        yield block._replace(momentum_changes=momenta, surface_changes=surfaces, energy=means)
-        before, energy_before = after, energy_after
+        block, after = run_to(sim, start + k * step), mark(sim)
+        yield between(sim, before, after, block.duration)._replace(sizes=block.sizes)
+        before = after
 
 
 def time_for(sim: Simulation, collisions: float) -> float:

@@ -12,7 +12,8 @@ from carom.paths import write_text
 from carom.studies.accuracy.rows import Row, SamplingRow, SizeRow, row, sampling_row, size_row
 from carom.studies.accuracy.spec import ENGINE, TradeSpec
 from carom.studies.folder import Record, Task
-from carom.studies.study import Look, Study
+from carom.studies.job import Look
+from carom.studies.study import Study
 from carom.table import Table
 
 if TYPE_CHECKING:
@@ -45,9 +46,9 @@ VIEWS: dict[str, tuple[str, ...]] = {
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
     """Return the row that a ``task`` describes; ``look`` ends it, as in any study."""
-    from carom.studies.accuracy.trade import compared
+    from carom.studies.accuracy.trade import TradeRow
 
-    return compared(task, look)
+    return TradeRow.measure(task, look)
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,7 +7,8 @@ import functools
 import json
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from carom.studies.accuracy.methods import Method, engine, oracle, pseudo_hard, 
 from carom.studies.accuracy.scenes import medium_scene, small_scene
 from carom.studies.accuracy.statistics import sampling, size
 from carom.studies.folder import Task, canonical
+from carom.studies.job import Job, Look
 from carom.studies.phase import finite
 
 STARTS = 3
@@ -52,39 +54,6 @@ LYAPUNOV = {
 From tangent-space dynamics after Dellago, Posch and Hoover, Phys. Rev. E 53, 1485 (1996). There 2 K / (d N)
 is 1; with kT = 2 K / (d (N - 1)) all rates are smaller by sqrt(63 / 64).
 """
-
-
-def compared(task: Task, look: Callable[..., object]) -> dict[str, Any]:
-    """Return a row of a table: that of a method, of a number of particles, or of an interval of sampling."""
-    seed, seconds = task["seed"], task["seconds"]
-    where = canonical(task["scene"])
-    if task["row"] == "size":
-        eta, d = _placed(where, seed).packing_fraction, task["scene"]["dimension"]
-        crystal = Scene.crystal(cells=task["cells"], dimension=d, packing_fraction=eta)
-        return size(crystal, seed, 0.5 * seconds, look)
-    scene, starts = _moving(where, seed)
-    mean_free_time = starts[0][1]
-    if task["row"] == "interval":
-        # 0.1 mean free times is the shortest interval.
-        return sampling(
-            medium_scene(scene), mean_free_time, seed, 0.1 * round(FRAMES * seconds), task["interval"], look
-        )
-    tracks = _tracks(where, seed, seconds, look)
-    small = starts[0][0]
-    if task["row"] == "reference":
-        found = measured(small, engine(), mean_free_time, seconds, look)
-        return {
-            "n": small.n,
-            "Z": _pair(found.pressure.Z),
-            "D": _pair(found.diffusion),
-            "expected": expected_pressure(small),
-            "scene": repr(scene),
-            "small": repr(small),
-            "horizon": _horizon(small, tracks),
-        }
-    method = method_of(task["method"], mean_free_time)
-    followings = [(start, track) for (start, _), track in zip(starts, tracks, strict=True)]
-    return _measured(method, scene if method.fast else small, followings, mean_free_time, seconds, look)
 
 
 def method_of(words: Mapping[str, Any], mean_free_time: float) -> Method:
@@ -116,11 +85,7 @@ def _moving(where: str, seed: int) -> tuple[Scene, list[tuple[Scene, float]]]:
     return scene, [melted(small_scene(scene), seed + k) for k in range(STARTS)]
 
 
-@functools.lru_cache(maxsize=1)
-def _tracks(where: str, seed: int, seconds: float, look: Callable[..., object]) -> list[Track]:
-    """Return the true trajectories of the small scenes; the looks of all tasks of a session are equal."""
-    _, starts = _moving(where, seed)
-    return [true_track(start, oracle(), starts[0][1], _reach(seconds), look) for start, _ in starts]
+_TRACKS: dict[tuple[str, int, float], list[Track]] = {}
 
 
 def _reach(seconds: float) -> float:
@@ -130,52 +95,6 @@ def _reach(seconds: float) -> float:
 
 def _pair(estimate: Estimate) -> list[float]:
     return [float(estimate.mean), float(estimate.error)]
-
-
-def _measured(
-    method: Method,
-    where: Scene,
-    followings: list[tuple[Scene, Track]],
-    mean_free_time: float,
-    seconds: float,
-    look: Callable[..., object],
-) -> dict[str, Any]:
-    """Return the figures of a method, on the scene or on the small one."""
-    found = measured(where, method, mean_free_time, seconds, look)
-    small, track = followings[0]
-    rate, moving = speed(where, method, SAMPLES * mean_free_time, 0.25 * seconds, look)
-    # The oracle would only be compared with itself.
-    follows = Faithfulness()
-    if not method.many_digits:
-        follows = median([faithfulness(start, method, true, look) for start, true in followings])
-    followed = 2.0 * float(track.collisions[-1]) / small.n
-    back = [
-        finite(reversal(small, method, count * mean_free_time)) if 2.0 * count <= followed else None
-        for count in BACK
-    ]
-    overlap, energy, momentum = found.motion.faults()
-    collisions = found.motion.tally()[1]
-    count = found.pressure.Z if method.kind == "pseudo-hard" else found.pressure.Z_from_rate
-    return {
-        "method": method.name,
-        "algorithm": method.kind,
-        "n": where.n,
-        "bytes_per_particle": finite(moving.bytes_per_particle()),
-        "worst_overlap": finite(overlap),
-        "energy_drift": energy * 1e6 / collisions,
-        "momentum_drift": momentum * 1e6 / collisions,
-        "order": finite(min(follows.order, followed)),
-        "order_kept": math.isinf(follows.order),
-        "position": min(follows.position, followed),
-        "position_kept": math.isinf(follows.position),
-        "error_1": finite(follows.error),
-        "back": back,
-        "Z": _pair(found.pressure.Z),
-        "count": _pair(count),
-        "D": _pair(found.diffusion),
-        "expected": expected_pressure(where),
-        "timings": {"collisions_per_second": rate, "cpu_seconds": found.seconds},
-    }
 
 
 def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
@@ -221,3 +140,160 @@ def _horizon(small: Scene, tracks: list[Track]) -> dict[str, float | None]:
         "published_to_one": published,
         "followed": 2.0 * float(tracks[0].collisions[-1]) / small.n,
     }
+
+
+@dataclass
+class TradeRow(Job):
+    """A row of a table: that of a method, of a number of particles, or of an interval of sampling.
+
+    Its parts take some seconds each; what is known of them is kept.
+    """
+
+    parts: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.where = canonical(self.task["scene"])
+        self.seed, self.seconds = self.task["seed"], self.task["seconds"]
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the row at its start."""
+        return cls(task)
+
+    def step(self, look: Look) -> bool:
+        """Measure the next part."""
+        names = PARTS[self.task["row"]]
+        name = names[len(self.parts)]
+        self.parts[name] = getattr(self, name)(look.glance)
+        return len(self.parts) < len(names)
+
+    def result(self) -> dict[str, Any]:
+        """Return the figures of all parts."""
+        found: dict[str, Any] = {}
+        for each in self.parts.values():
+            found |= {**each, "timings": found.get("timings", {}) | each.get("timings", {})}
+        return found
+
+    @property
+    def scene(self) -> Scene:
+        """The scene in motion."""
+        return _moving(self.where, self.seed)[0]
+
+    @property
+    def starts(self) -> list[Scene]:
+        """Small scenes in motion."""
+        return [start for start, _ in _moving(self.where, self.seed)[1]]
+
+    @property
+    def mean_free_time(self) -> float:
+        """That of the first small scene."""
+        return _moving(self.where, self.seed)[1][0][1]
+
+    @property
+    def method(self) -> Method:
+        """The method of the row."""
+        return method_of(self.task["method"], self.mean_free_time)
+
+    @property
+    def place(self) -> Scene:
+        """Where the method is measured."""
+        return self.scene if self.method.fast else self.starts[0]
+
+    def sized(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return Z of a crystal of other size that melts."""
+        eta, d = _placed(self.where, self.seed).packing_fraction, self.task["scene"]["dimension"]
+        crystal = Scene.crystal(cells=self.task["cells"], dimension=d, packing_fraction=eta)
+        return size(crystal, self.seed, 0.5 * self.seconds, look)
+
+    def sampled(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return g(r), sampled at an interval."""
+        duration = 0.1 * round(FRAMES * self.seconds)  # 0.1 mean free times is the shortest interval
+        how = self.mean_free_time, self.seed, duration, self.task["interval"]
+        return sampling(medium_scene(self.scene), *how, look)
+
+    def reference(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return what the engine finds in the small scene."""
+        small = self.starts[0]
+        found = measured(small, engine(), self.mean_free_time, self.seconds, look)
+        return {
+            "n": small.n,
+            "Z": _pair(found.pressure.Z),
+            "D": _pair(found.diffusion),
+            "expected": expected_pressure(small),
+            "scene": repr(self.scene),
+            "small": repr(small),
+        }
+
+    def horizon(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return how long trajectories can be followed."""
+        return {"horizon": _horizon(self.starts[0], self._tracks(look))}
+
+    def moved(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return Z, D and faults of the method."""
+        method, where = self.method, self.place
+        found = measured(where, method, self.mean_free_time, self.seconds, look)
+        overlap, energy, momentum = found.motion.faults()
+        collisions = found.motion.tally()[1]
+        count = found.pressure.Z if method.kind == "pseudo-hard" else found.pressure.Z_from_rate
+        return {
+            "method": method.name,
+            "algorithm": method.kind,
+            "n": where.n,
+            "worst_overlap": finite(overlap),
+            "energy_drift": energy * 1e6 / collisions,
+            "momentum_drift": momentum * 1e6 / collisions,
+            "Z": _pair(found.pressure.Z),
+            "count": _pair(count),
+            "D": _pair(found.diffusion),
+            "expected": expected_pressure(where),
+            "timings": {"cpu_seconds": found.seconds},
+        }
+
+    def timed(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return the speed of the method, and its memory."""
+        interval = SAMPLES * self.mean_free_time
+        rate, moving = speed(self.place, self.method, interval, 0.25 * self.seconds, look)
+        timings = {"collisions_per_second": rate}
+        return {"bytes_per_particle": finite(moving.bytes_per_particle()), "timings": timings}
+
+    def faithful(self, look: Callable[..., object]) -> dict[str, Any]:
+        """Return how long the method follows the true trajectories, and whether it comes back."""
+        method, starts, tracks = self.method, self.starts, self._tracks(look)
+        # The oracle would only be compared with itself.
+        follows = Faithfulness()
+        if not method.many_digits:
+            pairs = zip(starts, tracks, strict=True)
+            follows = median([faithfulness(start, method, true, look) for start, true in pairs])
+        followed = 2.0 * float(tracks[0].collisions[-1]) / starts[0].n
+        back = [
+            finite(reversal(starts[0], method, count * self.mean_free_time))
+            if 2.0 * count <= followed
+            else None
+            for count in BACK
+        ]
+        return {
+            "order": finite(min(follows.order, followed)),
+            "order_kept": math.isinf(follows.order),
+            "position": min(follows.position, followed),
+            "position_kept": math.isinf(follows.position),
+            "error_1": finite(follows.error),
+            "back": back,
+        }
+
+    def _tracks(self, look: Callable[..., object]) -> list[Track]:
+        """Return the true trajectories of the small scenes."""
+        name = self.where, self.seed, self.seconds
+        if name not in _TRACKS:
+            _TRACKS.clear()
+            how = oracle(), self.mean_free_time, _reach(self.seconds), look
+            _TRACKS[name] = [true_track(start, *how) for start in self.starts]
+        return _TRACKS[name]
+
+
+PARTS = {
+    "size": ("sized",),
+    "interval": ("sampled",),
+    "reference": ("horizon", "reference"),
+    "method": ("moved", "timed", "faithful"),
+}
+"""The parts of each kind of row."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from carom.models.motions.great_circles import GreatCircles
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
+from carom.studies.job import Job, Look
 
 EDGE = 8.0
 """Edge of the box around the unit sphere: no image is near."""
@@ -55,27 +56,52 @@ def scene_of(points: np.ndarray, diameter: float) -> Scene:
     return Scene(0.5 * EDGE + points, box=EDGE, diameter=diameter, motion=GreatCircles())
 
 
-def compress(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Let ``n`` random points of a sphere in ``dimension`` dimensions grow at a ``rate`` into caps that jam.
+@dataclass
+class Caps(Job):
+    """Random points of a sphere that grow into caps until they jam.
 
-    Return ``points`` (n, k), the reduced ``pressure`` at the end and ``collisions``; ``look`` may end it.
+    The task has ``n`` points, the ``dimension`` k of their space, the ``rate`` of growth and the ``seed``.
     """
-    n, k, rate = task["n"], task["dimension"], task["rate"]
-    rng = np.random.default_rng([n, k, task["seed"]])
-    start = SPARSE * tiling_diameter(n, k)
-    scene = scene_of(random_points(n, k, start, rng), start)
-    sim = Simulation(scene, seed=int(rng.integers(2**31)), growth=rate, tuning=Tuning(images=False))
-    pressure, growth = 1.0, rate
-    for _ in range(STRETCHES):
-        look()
-        block = sim.run(collisions_per_particle=max(HEATING / growth, 1.0))
+
+    what: ClassVar[str] = "a code"
+
+    growth: float = 0.0  # present rate
+    pressure: float = 1.0  # reduced pressure of the last stretch
+    stretches: int = 0
+
+    @classmethod
+    def begin(cls, task: dict[str, Any]) -> Self:
+        """Return the points at their start."""
+        n, k, rate = task["n"], task["dimension"], task["rate"]
+        rng = np.random.default_rng([n, k, task["seed"]])
+        start = SPARSE * tiling_diameter(n, k)
+        scene = scene_of(random_points(n, k, start, rng), start)
+        seed = int(rng.integers(2**31))
+        return cls(task, Simulation(scene, seed=seed, growth=rate, tuning=Tuning(images=False)), rate)
+
+    def step(self, look: Look) -> bool:
+        """Let them grow for a stretch; return whether they are not jammed yet."""
+        n, k, rate = self.task["n"], self.task["dimension"], self.task["rate"]
+        block = self.sim.run(collisions_per_particle=max(HEATING / self.growth, 1.0))
+        self.stretches += 1
         if block.duration > 0.0:
-            heat = 0.5 * (1.0 + sim.kT) * block.duration  # kT rises from 1, about linearly in time
-            pressure = 1.0 + block.virial / ((k - 1) * n * heat)
-        if pressure >= JAMMED:
-            break
-        growth = 10.0 * rate if pressure >= CLOSING else rate
-        sim.rescale(1.0, growth=growth)
-    points = sim.frame().positions - 0.5 * EDGE
-    points /= np.linalg.norm(points, axis=1)[:, None]
-    return {"points": points.tolist(), "pressure": pressure, "collisions": sim.collisions}
+            heat = 0.5 * (1.0 + self.sim.kT) * block.duration  # kT rises from 1, about linearly in time
+            self.pressure = 1.0 + block.virial / ((k - 1) * n * heat)
+        if self.pressure >= JAMMED or self.stretches >= STRETCHES:
+            return False
+        self.growth = 10.0 * rate if self.pressure >= CLOSING else rate
+        self.sim.rescale(1.0, growth=self.growth)
+        return True
+
+    def jammed(self) -> np.ndarray:
+        """Return the points (n, k) on the unit sphere."""
+        points = self.sim.frame().positions - 0.5 * EDGE
+        return np.asarray(points / np.linalg.norm(points, axis=1)[:, None])
+
+    def result(self) -> dict[str, Any]:
+        """Return ``points`` (n, k), the reduced ``pressure`` at the end and ``collisions``."""
+        points = self.jammed().tolist()
+        return {"points": points, "pressure": self.pressure, "collisions": self.sim.collisions}
+
+
+compress = Caps.measure

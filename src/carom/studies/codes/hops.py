@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from carom.studies.codes.climb import climb
@@ -17,21 +15,16 @@ TRIED = 64
 hole, so that hops lead to different codes."""
 
 
-def improve(
-    points: np.ndarray, hops: int, rng: np.random.Generator, look: Callable[[], object] = lambda: None
-) -> np.ndarray:
+def improve(points: np.ndarray, hops: int, rng: np.random.Generator) -> np.ndarray:
     """Return the best code of a walk over local optima (Wales and Doye, J. Phys. Chem. A 101 (1997) 5111).
 
     A hop from a jammed configuration (n, k) is kept if its smallest angle is not smaller.
     """
-    best, product = points, largest_product(points)
     for _ in range(hops):
-        look()
-        there = climb(_scattered(best, rng))
-        reached = largest_product(there)
-        if reached <= product + ROUNDING:
-            best, product = there, reached
-    return best
+        there = climb(_scattered(points, rng))
+        if largest_product(there) <= largest_product(points) + ROUNDING:
+            points = there
+    return points
 
 
 def _scattered(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -29,23 +28,16 @@ def starts_for(n: int) -> int:
     return max(FEWEST, min(STARTS, PLACES // n))
 
 
-def repelled(
-    n: int, k: int, starts: int, rng: np.random.Generator, look: Callable[[], object] = lambda: None
-) -> np.ndarray:
-    """Return the best of several sets of ``n`` points of the sphere in R^k that repel each other, (n, k).
+def repelled(n: int, k: int, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+    """Return ``n`` points of the sphere in R^k that repel each other, (n, k), and the log of their energy.
 
-    The exponent of their energy, the sum of r^-s, rises until the nearest pairs alone matter (Leech,
+    The exponent of the energy, the sum of r^-s, rises until the nearest pairs alone matter (Leech,
     Mathematical Gazette 41 (1957) 81).
     """
-    best, least = np.empty((n, k)), math.inf
-    for _ in range(starts):
-        look()
-        x = rng.standard_normal((n, k))
-        for exponent in EXPONENTS[rng.integers(FIRST) :]:
-            x, logarithm = _minimized(x, exponent)
-        if logarithm < least:
-            best, least = x, logarithm
-    return best
+    x, logarithm = rng.standard_normal((n, k)), math.inf
+    for exponent in EXPONENTS[rng.integers(FIRST) :]:
+        x, logarithm = _minimized(x, exponent)
+    return x, logarithm
 
 
 def _minimized(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:

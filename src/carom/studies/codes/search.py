@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,39 +13,81 @@ import numpy as np
 from carom.errors import InputError
 from carom.studies.codes.climb import climb
 from carom.studies.codes.code import SphericalCode
-from carom.studies.codes.compression import compress
+from carom.studies.codes.compression import Caps
 from carom.studies.codes.contacts import contact_graph, forces
 from carom.studies.codes.hops import improve, largest_product
 from carom.studies.codes.known import known
 from carom.studies.codes.polish import Polished, equations, polish, refine
 from carom.studies.codes.repulsion import repelled
 from carom.studies.folder import Record
+from carom.studies.job import Look
 
 SAME = 2.0**-44
 """Largest difference of two cosines of the same code in doubles, with a margin of some ten."""
 
 
-def search(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Return ``points``, ``cosine``, ``contacts`` and ``forces`` of the code of one seed.
+@dataclass
+class Try(Caps):
+    """The code of one seed: caps that jam, or points that repel each other, improved by hops.
 
-    If there is none, points and cosine are None, and ``problem`` says why; what ``look`` raises ends it.
+    If there is none, points and cosine are None, and ``problem`` says why.
     """
-    n, k, seed, starts = (task[name] for name in ("n", "dimension", "seed", "starts"))
-    points = np.array(compress(task, look)["points"])
-    if starts:
-        other = climb(repelled(n, k, starts, np.random.default_rng([n, k, seed, 2]), look))
-        points = min(points, other, key=largest_product)
-    rng = np.random.default_rng([n, k, seed, 1])
-    try:
-        code = polish(improve(points, task["hops"], rng, look))
-    except ValueError as problem:
-        return {"points": None, "cosine": None, "problem": str(problem)}
-    return {
-        "points": code.points.tolist(),
-        "cosine": code.cosine,
-        "contacts": code.contacts.tolist(),
-        "forces": code.forces.tolist(),
-    }
+
+    points: np.ndarray | None = None  # the best so far, once the caps have jammed
+    other: np.ndarray | None = None  # the best of the points that repel each other
+    least: float = math.inf  # its energy
+    starts: int = 0  # of such points, so far
+    hops: int = 0
+    rng: dict[str, Any] | None = None  # state of the random numbers of starts, or of hops
+
+    def step(self, look: Look) -> bool:
+        """Go on for a stretch of growth, a start, or a hop."""
+        n, k = self.task["n"], self.task["dimension"]
+        if self.points is None:
+            if not super().step(look):
+                self.points, self.sim = self.jammed(), None
+        elif self.starts < self.task["starts"]:
+            with self._random(2) as rng:
+                x, energy = repelled(n, k, rng)
+            if energy < self.least:
+                self.other, self.least = x, energy
+            self.starts += 1
+            if self.starts == self.task["starts"]:
+                assert self.other is not None
+                self.points, self.rng = min(self.points, climb(self.other), key=largest_product), None
+        elif self.hops < self.task["hops"]:
+            with self._random(1) as rng:
+                self.points = improve(self.points, 1, rng)
+            self.hops += 1
+        else:
+            return False
+        return True
+
+    @contextlib.contextmanager
+    def _random(self, number: int) -> Iterator[np.random.Generator]:
+        """Draw random numbers of a stream in the body of a ``with``."""
+        rng = np.random.default_rng([*(self.task[name] for name in ("n", "dimension", "seed")), number])
+        if self.rng is not None:
+            rng.bit_generator.state = self.rng
+        yield rng
+        self.rng = dict(rng.bit_generator.state)
+
+    def result(self) -> dict[str, Any]:
+        """Return ``points``, ``cosine``, ``contacts`` and ``forces``."""
+        assert self.points is not None
+        try:
+            code = polish(self.points)
+        except ValueError as problem:
+            return {"points": None, "cosine": None, "problem": str(problem)}
+        return {
+            "points": code.points.tolist(),
+            "cosine": code.cosine,
+            "contacts": code.contacts.tolist(),
+            "forces": code.forces.tolist(),
+        }
+
+
+search = Try.measure
 
 
 def first_to_agree(cosines: Sequence[float | None], count: int) -> int | None:

@@ -15,8 +15,9 @@ from carom.studies.codes.search import angle_of, best_of, exact, first_to_agree,
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.documented import documented
 from carom.studies.folder import Record, Task
+from carom.studies.job import Look
 from carom.studies.signals import Interrupted
-from carom.studies.study import Look, Study
+from carom.studies.study import Study
 from carom.table import Column, Table, facts
 from carom.texts import counted
 

@@ -1,9 +1,11 @@
-"""One task of a transport study: a plain function that equilibrates and measures a scene."""
+"""One task of a transport study."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 from carom.errors import InputError
 from carom.frame import Frame
@@ -15,46 +17,72 @@ from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
+from carom.studies.fluid import Fluid
 from carom.studies.folder import Task
+from carom.studies.job import Look
 from carom.studies.phase import finite
-from carom.studies.scenes import by_species, counts, equilibrate, simulation_of
-from carom.studies.study import Look
+from carom.studies.scenes import by_species, counts, simulation_of
 
 
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure the run of a ``task``; ``look`` may end it."""
-    sim = simulation_of(task, _refuse_other_interactions, observers=[HelfandCurrents()])
-    scene = sim.scene
-    every, stepped = task["every"], sim._state.system.stepped
-    equilibrate(sim, task, look)
-    parts = windows.blocks_within(task["collisions_per_particle"], task["blocks"])
-    if stepped:
-        # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
-        duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / parts
-    else:
-        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / parts
-    count = max(int(duration / every), windows.SHORTEST)
-    blocks = [_block(sim, every, count, look) for _ in range(parts)]
-    statistics = sim.statistics
-    return {
-        "n": scene.n,
-        "dimension": scene.dimension,
-        "box": list(scene.box),
-        "packing_fraction": scene.packing_fraction,
-        "kT": _mean(blocks, "kT") if stepped else sim.kT,
-        "U": sim.potential_energy / scene.n if stepped else 0.0,
-        "masses": by_species(scene, scene.masses).tolist(),
-        "diameters": by_species(scene, scene.diameters).tolist(),
-        "counts": counts(scene),
-        "simple": is_simple(scene),
-        "every": every,
-        "samples": count,
-        "wave_time": windows.wave_time(scene, sim.kT),
-        "blocks": blocks,
-        "worst_overlap": statistics.worst_overlap,
-        "energy_drift": finite(statistics.energy_drift),
-        "timings": {"engine_seconds": sim._state.seconds},
-    }
+@dataclass
+class Currents(Fluid):
+    """Helfand's moments and displacements of one run of a transport study."""
+
+    samples: int = 0  # of the moments in a block
+    found: list[dict[str, Any]] = field(default_factory=list)  # of each block
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the job at its start."""
+        return cls(task, simulation_of(task, _refuse_other_interactions, observers=[HelfandCurrents()]))
+
+    @property
+    def done(self) -> int:
+        """Blocks measured so far."""
+        return len(self.found)
+
+    def prepare(self) -> None:
+        """Begin to measure, in equilibrium."""
+        task, every = self.task, self.task["every"]
+        self.wanted = windows.blocks_within(task["collisions_per_particle"], task["blocks"])
+        if self.sim._state.system.stepped:
+            # Crossings of steps count as collisions, but carry little: the length is in free times of cores.
+            duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / self.wanted
+        else:
+            length = 0.5 * self.sim.n * task["collisions_per_particle"]
+            duration = stretches.time_for(self.sim, length) / self.wanted
+        self.samples = max(int(duration / every), windows.SHORTEST)
+
+    def block(self, look: Look) -> None:
+        """Measure a block; no file holds its samples, so that it is measured again after a kill."""
+        self.found.append(_block(self.sim, self.task["every"], self.samples, look.glance))
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        sim, scene, statistics = self.sim, self.sim.scene, self.sim.statistics
+        stepped = sim._state.system.stepped
+        return {
+            "n": scene.n,
+            "dimension": scene.dimension,
+            "box": list(scene.box),
+            "packing_fraction": scene.packing_fraction,
+            "kT": math.fsum(block["kT"] for block in self.found) / self.done if stepped else sim.kT,
+            "U": sim.potential_energy / scene.n if stepped else 0.0,
+            "masses": by_species(scene, scene.masses).tolist(),
+            "diameters": by_species(scene, scene.diameters).tolist(),
+            "counts": counts(scene),
+            "simple": is_simple(scene),
+            "every": self.task["every"],
+            "samples": self.samples,
+            "wave_time": windows.wave_time(scene, sim.kT),
+            "blocks": self.found,
+            "worst_overlap": statistics.worst_overlap,
+            "energy_drift": finite(statistics.energy_drift),
+            "timings": {"engine_seconds": sim._state.seconds},
+        }
+
+
+measure = Currents.measure
 
 
 def _refuse_other_interactions(scene: Scene) -> None:
@@ -65,11 +93,7 @@ def _refuse_other_interactions(scene: Scene) -> None:
         )
 
 
-def _mean(blocks: list[dict[str, Any]], name: str) -> float:
-    return math.fsum(block[name] for block in blocks) / len(blocks)
-
-
-def _block(sim: Simulation, every: float, count: int, look: Look) -> dict[str, Any]:
+def _block(sim: Simulation, every: float, count: int, look: Callable[[], object]) -> dict[str, Any]:
     """Run one block, and return its mean squares, displacements and collisions as plain values."""
     kinds = species_count(sim.scene) if sim.scene.species is not None else 0
     dynamics = [Dynamics(species=k if kinds else None) for k in range(max(kinds, 1))]

@@ -1,25 +1,23 @@
-"""One task of a study: a plain function that equilibrates and measures a scene, for workers anywhere."""
+"""One task of a study of the equation of state."""
 
 from __future__ import annotations
 
+import functools
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from carom.block import Block
-from carom.observables import Estimate, Pressure
+from carom.frame import Frame
+from carom.observables import Estimate, Pressure, PressureResult
 from carom.observables.analysis.drift import moved as moved_from
-from carom.observables.analysis.precision import lengthen
 from carom.simulation.measuring import stretches
-from carom.simulation.measuring.equilibration import StructuralRelaxation
-from carom.simulation.measuring.equipartition import Thermometer
 from carom.studies.eos.order import ORDERS
-from carom.studies.folder import Task
+from carom.studies.fluid import Fluid
+from carom.studies.job import Look
 from carom.studies.phase import finite
-from carom.studies.scenes import equilibrate, simulation_of
-from carom.studies.study import Look
 
 MOST = 16
 """Largest length of a run on its way to the requested error, over the planned length."""
@@ -29,64 +27,6 @@ GROWTH = 2.0
 
 ROOM = 1.05
 """Factor by which a run is longer than its error bar demands, as the error bar is known to some 5 % only."""
-
-
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure the run of a ``task`` until its error is reached; ``look`` may end it."""
-    sim = simulation_of(task)
-    scene = sim.scene
-    began_at = sim.frame().unwrapped
-    equilibrate(sim, task, look)
-    equilibration = sim.time
-    moved = moved_from(began_at, sim.frame())
-    order, orders = ORDERS.get(scene.dimension) if task["frames"] else None, list[float]()
-    every = task["blocks"] // task["frames"] if task["frames"] else 0
-    request = Pressure()
-    duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
-    blocks: list[Block] = []
-    thermometer, relaxation = Thermometer(sim._state), StructuralRelaxation(sim._state)
-
-    def extend(wanted: int) -> int:
-        for block in stretches.blocks(sim, duration, wanted - len(blocks)):
-            look()
-            blocks.append(block)
-            thermometer.look()
-            if order is not None and len(blocks) % every == 0:
-                orders.append(order[1](sim.frame()))
-        return wanted
-
-    def error_bar() -> Estimate:
-        return stretches.estimate(sim, request, blocks).Z
-
-    lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
-    estimate = stretches.estimate(sim, request, blocks)
-    statistics = sim.statistics
-    diameters, counts = np.unique(scene.diameters, return_counts=True)
-    result = {
-        "n": scene.n,
-        "dimension": scene.dimension,
-        "packing_fraction": scene.packing_fraction,
-        "kT": estimate.kT,
-        "Z": _plain(estimate.Z),
-        "reduced_pressure": _plain(estimate.reduced_pressure),
-        "collision_rate": _plain(estimate.collision_rate),
-        "block_values": [float(value) for value in estimate.block_values],
-        "time": math.fsum(estimate.block_durations),
-        "equilibration_time": equilibration,
-        "collisions": statistics.collisions,
-        "moved": moved,
-        "moved_at_end": moved_from(began_at, sim.frame()),
-        "species_differ": bool(thermometer.differences()),
-        "relaxed": not relaxation.doubts(),
-        "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
-        "confined": bool(scene.walls or scene.obstacles),
-        "worst_overlap": statistics.worst_overlap,
-        "energy_drift": finite(statistics.energy_drift),  # unknown with a drive
-        "advancement_fraction": statistics.advancement_fraction,
-    }
-    if order is not None:
-        result["order"] = {"name": order[0], "values": orders}
-    return {**result, "timings": {"engine_seconds": sim._state.seconds}}
 
 
 @dataclass(frozen=True)
@@ -106,6 +46,76 @@ class Planned:
         factor = ROOM * (z.error / (self.relative_error * z.mean)) ** 2
         # With long correlations the error bar of a short run is uncertain, and here mostly too large.
         return min(math.ceil(min(factor, GROWTH) * length), MOST * self.blocks)
+
+
+@dataclass
+class Point(Fluid):
+    """Z of one run of a study of the equation of state, until its error is reached."""
+
+    moved: float = 0.0  # median displacement in the equilibration [mean spacing]
+    orders: list[float] = field(default_factory=list)  # order parameter, from time to time
+
+    @property
+    def aim(self) -> Planned:
+        """The planned length, and more where it does not suffice."""
+        return Planned(self.task["relative_error"], self.task["blocks"])
+
+    @functools.cached_property
+    def order(self) -> tuple[str, Callable[[Frame], float]] | None:
+        """Name and value of the order parameter, near freezing."""
+        return ORDERS.get(self.sim.scene.dimension) if self.task["frames"] else None
+
+    def prepare(self) -> None:
+        """Begin to measure, in equilibrium."""
+        super().prepare()
+        self.moved = moved_from(self.sim.scene.positions, self.sim.frame())
+
+    def block(self, look: Look) -> None:
+        """Measure a block, and perhaps the order at its end."""
+        super().block(look)
+        if self.order is not None and self.done % (self.task["blocks"] // self.task["frames"]) == 0:
+            self.orders.append(self.order[1](self.sim.frame()))
+
+    def error_bar(self) -> Estimate:
+        """Return Z so far."""
+        return self._pressure().Z
+
+    def _pressure(self) -> PressureResult:
+        found: PressureResult = stretches.estimate(self.sim, Pressure(), self.blocks())
+        return found
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        scene, found, statistics = self.sim.scene, self._pressure(), self.sim.statistics
+        diameters, counts = np.unique(scene.diameters, return_counts=True)
+        result = {
+            "n": scene.n,
+            "dimension": scene.dimension,
+            "packing_fraction": scene.packing_fraction,
+            "kT": found.kT,
+            "Z": _plain(found.Z),
+            "reduced_pressure": _plain(found.reduced_pressure),
+            "collision_rate": _plain(found.collision_rate),
+            "block_values": [float(value) for value in found.block_values],
+            "time": math.fsum(found.block_durations),
+            "equilibration_time": self.equilibrated[1] if self.equilibrated else 0.0,
+            "collisions": statistics.collisions,
+            "moved": self.moved,
+            "moved_at_end": moved_from(scene.positions, self.sim.frame()),
+            "species_differ": bool(self.thermometer.differences()),
+            "relaxed": not self.relaxation.doubts(),
+            "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
+            "confined": bool(scene.walls or scene.obstacles),
+            "worst_overlap": statistics.worst_overlap,
+            "energy_drift": finite(statistics.energy_drift),  # unknown with a drive
+            "advancement_fraction": statistics.advancement_fraction,
+        }
+        if self.order is not None:
+            result["order"] = {"name": self.order[0], "values": self.orders}
+        return {**result, "timings": {"engine_seconds": self.sim._state.seconds}}
+
+
+measure = Point.measure
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:

@@ -1,24 +1,25 @@
-"""One task of a study of sheared fluids: a plain function that measures a flow in its balance."""
+"""One task of a study of sheared fluids: a flow in its balance."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 
 from carom.block import Block
-from carom.observables.analysis.precision import Goal, lengthen
+from carom.observables.analysis.precision import Goal
 from carom.observables.statistics import Estimate, blocking
 from carom.scene.fields import is_elastic, is_equal, is_usual
 from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches
 from carom.studies.coefficients.windows import mean_fluid
+from carom.studies.fluid import Fluid
 from carom.studies.folder import Task
+from carom.studies.job import Look
 from carom.studies.phase import finite
-from carom.studies.scenes import simulation_of
-from carom.studies.study import Look
 
 HEAT = 0.1
 """Part of kT by which the flow heats elastic particles, about, before their velocities are scaled. The
@@ -32,59 +33,114 @@ LEAST_LOSS = 0.1
 """Part of the energy of the normal motion that a contact is thought to lose at least, for the first kT."""
 
 
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Bring the flow of a ``task`` to its balance and measure blocks of equal time; ``look`` may end it."""
-    sim = simulation_of(task)
-    scene, rate, kT = sim.scene, task["rate"], task["scene"]["kT"]
-    if not task["rescale"] and scene.drive is None:
-        sim.rescale(kT := balanced(scene, rate))
-    fluid, collision_rate = mean_fluid(scene, kT)
-    duration = task["strains"] / rate / task["blocks"]
-    pieces, coldest = 1, kT
-    if task["rescale"]:
-        power = fluid.shear_viscosity * rate**2 * scene.volume
-        heat = duration * power / (0.5 * scene.dimension * scene.n * kT)
-        pieces = math.ceil(heat / (HEAT_ON_STEPS if sim._state.system.stepped else HEAT))
-        coldest = kT / (1.0 + 0.5 * heat / pieces)  # so that the mean is kT
-    series: dict[str, list[float]] = {}
+@dataclass
+class Flow(Fluid):
+    """A flow that comes to its balance and is measured in blocks of equal time.
 
-    def block() -> dict[str, float]:
-        look()
-        parts: list[Block] = []
-        for _ in range(pieces):
-            parts += stretches.blocks(sim, duration / pieces, 1)
-            if task["rescale"]:
-                sim.rescale(coldest)
-        return means(scene, parts, duration)
+    Where the velocities are scaled, a block has several pieces, each of them a stretch of its own.
+    """
 
-    for _ in range(math.ceil(task["equilibration"] / collision_rate / duration)):
-        block()
+    early: int = 0  # blocks of the equilibration so far
+    parts: list[Block] = field(default_factory=list)  # pieces of the present block
+    series: dict[str, list[float]] = field(default_factory=dict)
 
-    def extend(wanted: int) -> int:
-        while len(series.get("stress", ())) < wanted:
-            for name, value in block().items():
-                series.setdefault(name, []).append(value)
-        return wanted
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.parts = [stretches.recalled(each) for each in self.parts]
+        scene, task = self.sim.scene, self.task
+        rate, kT = task["rate"], task["scene"]["kT"]
+        if self._finds_balance:
+            kT = balanced(scene, rate)
+        fluid, collision_rate = mean_fluid(scene, kT)
+        self.period = task["strains"] / rate / task["blocks"]
+        self.settling = math.ceil(task["equilibration"] / collision_rate / self.period)
+        self.pieces, self.coldest = 1, kT
+        if task["rescale"]:
+            power = fluid.shear_viscosity * rate**2 * scene.volume
+            heat = self.period * power / (0.5 * scene.dimension * scene.n * kT)
+            self.pieces = math.ceil(heat / (HEAT_ON_STEPS if self.sim._state.system.stepped else HEAT))
+            self.coldest = kT / (1.0 + 0.5 * heat / self.pieces)  # so that the mean is kT
 
-    if task["relative_error"] is None:
-        extend(task["blocks"])
-    else:
-        aim = Goal(min(task["relative_error"], 1.0))
-        lengthen(aim, task["blocks"], extend, lambda: stress(series))
-    statistics = sim.statistics
-    return {
-        "n": scene.n,
-        "dimension": scene.dimension,
-        "packing_fraction": scene.packing_fraction,
-        "diameter": scene.diameter,
-        "mass": scene.mass,
-        "simple": is_usual(scene, "interaction") and is_elastic(scene) and is_equal(scene),
-        "duration": duration,
-        "series": series,
-        "worst_overlap": statistics.worst_overlap,
-        "energy_drift": finite(statistics.energy_drift),  # unknown with a drive
-        "timings": {"engine_seconds": sim._state.seconds},
-    }
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the flow at its start."""
+        flow = super().begin(task)
+        if flow._finds_balance:
+            flow.sim.rescale(flow.coldest)
+        return flow
+
+    @property
+    def _finds_balance(self) -> bool:
+        """Whether contacts take up the heat of the flow."""
+        return not self.task["rescale"] and self.sim.scene.drive is None
+
+    @property
+    def done(self) -> int:
+        """Blocks measured so far."""
+        return len(self.series.get("stress", ()))
+
+    @property
+    def fraction(self) -> float:
+        """Finished fraction of the stage."""
+        return self.early / max(self.settling, 1) if self.equilibrated is None else super().fraction
+
+    def equilibrate(self, look: Look) -> None:
+        """Run blocks that nobody looks at."""
+        while self.early < self.settling:
+            self._pieces(look)
+            self.parts.clear()
+            self.early += 1
+
+    def prepare(self) -> None:
+        """Begin to measure, in the balance."""
+        self.wanted = self.task["blocks"]
+
+    def block(self, look: Look) -> None:
+        """Measure a block."""
+        self._pieces(look)
+        for name, value in means(self.sim.scene, self.parts, self.period).items():
+            self.series.setdefault(name, []).append(value)
+        self.parts.clear()
+
+    def _pieces(self, look: Look) -> None:
+        while len(self.parts) < self.pieces:
+            if not self.marks:
+                self.cut(self.period / self.pieces)
+            self.run_block(look)
+            self.parts += self.blocks()
+            self.marks.clear()
+            if self.task["rescale"]:
+                self.sim.rescale(self.coldest)
+
+    @property
+    def aim(self) -> Goal | None:
+        """The relative error of the stress, if one is asked for."""
+        error = self.task["relative_error"]
+        return None if error is None else Goal(min(error, 1.0))
+
+    def error_bar(self) -> Estimate:
+        """Return the stress so far."""
+        return stress(self.series)
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        scene, statistics = self.sim.scene, self.sim.statistics
+        return {
+            "n": scene.n,
+            "dimension": scene.dimension,
+            "packing_fraction": scene.packing_fraction,
+            "diameter": scene.diameter,
+            "mass": scene.mass,
+            "simple": is_usual(scene, "interaction") and is_elastic(scene) and is_equal(scene),
+            "duration": self.period,
+            "series": self.series,
+            "worst_overlap": statistics.worst_overlap,
+            "energy_drift": finite(statistics.energy_drift),  # unknown with a drive
+            "timings": {"engine_seconds": self.sim._state.seconds},
+        }
+
+
+measure = Flow.measure
 
 
 def stress(series: dict[str, list[float]]) -> Estimate:

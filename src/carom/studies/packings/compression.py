@@ -8,27 +8,24 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 import math
-import time as clock
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from carom import checks
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.geometry.overlaps import rounding
-from carom.io import checkpoint
 from carom.models.obstacles.named_walls import Walls
 from carom.paths import writing
 from carom.scene import lattices
 from carom.scene.species import Species, checked_species
-from carom.simulation.files.checkpoint import save
 from carom.simulation.moves.growth import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
+from carom.studies.job import Job, Look
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
 
@@ -58,9 +55,6 @@ PART = 50_000
 
 POINT = 1e-6
 """Diameter of a point [final diameters]: the first collisions happen at much larger diameters."""
-
-CHECKPOINT_EVERY = 10.0
-"""Seconds between checkpoints."""
 
 Progress = Callable[[float, str], object]
 
@@ -170,18 +164,19 @@ def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stag
 
 
 @dataclasses.dataclass
-class Compression:
+class Compression(Job):
     """A compression under way; plan, limit, seed and pictures are the arguments of :func:`pack`."""
 
-    sim: Simulation
-    plan: tuple[Stage, ...]
-    limit: int | None
-    unit: np.ndarray  # growth rates of the diameters at a rate of 1, (n,) [length / time]
-    seed: int
-    pictures: bool
-    progress: Progress | None
-    start: str  # digest of the scene that it began from
-    stage: int = 0  # index of the present stage
+    what: ClassVar[str] = "a packing"
+    stage: ClassVar[str] = "Packing"
+
+    plan: tuple[Stage, ...] = ()
+    limit: int | None = None
+    unit: Any = None  # growth rates of the diameters at a rate of 1, (n,) [length / time]
+    seed: int = 1
+    pictures: bool = False
+    start: str = ""  # digest of the scene that it began from
+    at: int = 0  # index of the present stage
     history: list[tuple[int, float, float, float]] = dataclasses.field(default_factory=list)
     """Rows of ``HISTORY``."""
     left: int = 0  # collisions left in the present stretch
@@ -189,6 +184,10 @@ class Compression:
     duration: float = 0.0
     kT_time: float = 0.0  # integral of kT over time
     note: str = ""  # why the compression ended; empty before
+
+    def __post_init__(self) -> None:
+        self.plan = tuple(Stage(*each) for each in self.plan)
+        self.history = [tuple(row) for row in self.history]  # type: ignore[misc]
 
     @classmethod
     def begun(
@@ -200,14 +199,13 @@ class Compression:
         seed: int,
         neighbors: str,
         pictures: bool = False,
-        progress: Progress | None = None,
-    ) -> Compression:
+    ) -> Self:
         """Return the compression of a scene at its start; the arguments are as in :func:`pack`."""
         unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
         unit = unit / math.sqrt(scene.mass)
         checks.integer(seed, "seed", low=0)
         sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
-        return cls(sim, plan, limit, unit, seed, pictures, progress, _digest(scene))
+        return cls({}, sim, plan, limit, unit, seed, pictures, _digest(scene))
 
     def settings(self) -> dict[str, Any]:
         """Return what decides every bit of the result."""
@@ -219,48 +217,21 @@ class Compression:
             "rates of growth": hashlib.sha256(self.unit.tobytes()).hexdigest()[:8],
         }
 
-    @classmethod
-    def load(cls, path: Path, progress: Progress | None = None) -> Compression:
-        """Return the compression that :meth:`save` wrote."""
-        _, attributes = checkpoint.load(path)
-        try:
-            notes = json.loads(attributes["extra"])
-            held = {name: notes[name] for name in KEPT}
-            held["plan"] = tuple(Stage(*stage) for stage in held["plan"])
-            held["history"] = [tuple(row) for row in held["history"]]
-            held["unit"] = np.array(held["unit"])
-        except (KeyError, TypeError, ValueError) as error:
-            raise FileError(f"{path} is not the checkpoint of a packing: {error}.") from None
-        return cls(Simulation.load(path), progress=progress, **held)
-
-    def save(self, path: Path) -> None:
-        """Write a checkpoint."""
-        notes = {name: getattr(self, name) for name in KEPT}
-        save(path, self.sim._state, {**notes, "unit": self.unit.tolist()})
-
-    def run(self, kept: Path | None, stop: Callable[[], bool]) -> bool:
-        """Run on; return whether the end was reached.
-
-        A checkpoint goes to ``kept`` from time to time, and when ``stop`` returns true, which ends this.
-        """
-        self._report()
+    def step(self, look: Look) -> bool:
+        """Run on for a part of a second; return whether it goes on."""
         if not self.history and not self.left:
             self.sim.rescale(1.0)
             self._begin()
-        due = -math.inf
-        while not self.note:
-            asked = stop()
-            if kept is not None and (asked or clock.perf_counter() >= due):
-                self.save(kept)
-                due = clock.perf_counter() + CHECKPOINT_EVERY
-            if asked:
-                return False
-            self._part()
-        return True
+        self._part()
+        return not self.note
+
+    def finish(self, look: Look) -> Any:
+        """Go on to the end, and return the result."""
+        return self.result() if self.note else super().finish(look)
 
     def _begin(self) -> None:
         """Begin a stretch."""
-        n, rate = self.sim.scene.n, self.plan[self.stage].rate
+        n, rate = self.sim.scene.n, self.plan[self.at].rate
         self.left = max(round(0.5 * n * min(max(HEATING / rate, 1.0), LONGEST)), 1)
         if self.limit is not None:
             self.left = min(self.left, self.limit - self.sim.collisions)
@@ -276,7 +247,7 @@ class Compression:
         self.kT_time += block.kT_time
         if self.left:
             return
-        sim, stage = self.sim, self.plan[self.stage]
+        sim, stage = self.sim, self.plan[self.at]
         pressure = math.inf
         if self.duration > 0.0:
             # In a very short stretch rounding hides the integral; then the final temperature is taken.
@@ -284,9 +255,8 @@ class Compression:
             pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * heat)
         self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
         self._judge(pressure)
-        sim.rescale(1.0, growth=self.plan[self.stage].rate * self.unit)
+        sim.rescale(1.0, growth=self.plan[self.at].rate * self.unit)
         self._begin()
-        self._report()
 
     def _judge(self, pressure: float) -> None:
         """Decide whether the stage, or the whole compression, is over."""
@@ -294,13 +264,13 @@ class Compression:
         scene, diameters = sim.scene, sim.diameters
         # A gap is about a diameter over the pressure.
         finest = rounding(np.asarray(scene.box)) / float(diameters.min())
-        until = self.plan[self.stage].until_Z
+        until = self.plan[self.at].until_Z
         while until is not None and pressure >= until and not self.note:
-            self.stage += 1
-            if self.stage == len(self.plan):
-                self.stage -= 1
+            self.at += 1
+            if self.at == len(self.plan):
+                self.at -= 1
                 self.note = f"Z = PV/NkT = {until:g} reached"
-            until = self.plan[self.stage].until_Z
+            until = self.plan[self.at].until_Z
         if self.note:
             return
         if self.limit is not None and sim.collisions >= self.limit:
@@ -311,9 +281,9 @@ class Compression:
                 "which grows no further"
             )
 
-    def _report(self) -> None:
-        if self.progress is None:
-            return
+    @property
+    def fraction(self) -> float:
+        """Finished fraction, by the logarithm of Z or the number of collisions."""
         done = 0.0
         if self.history:
             collisions, _, pressure, _ = self.history[-1]
@@ -322,7 +292,11 @@ class Compression:
                 done = math.log(pressure) / math.log(until)
             if self.limit is not None:
                 done = max(done, collisions / self.limit)
-        self.progress(min(done, 1.0), "Packing")
+        return done
+
+    def result(self) -> Any:
+        """Return the packing."""
+        return self.packing()
 
     def packing(self, note: str = "") -> Packing:
         """Return the packing so far; ``note`` says why it ended, if the compression does not."""
@@ -336,7 +310,3 @@ class Compression:
             shrunk=shrunk,
             obstacles=scene.obstacles,
         )
-
-
-KEPT = [each.name for each in dataclasses.fields(Compression) if each.name not in ("sim", "progress")]
-"""What a checkpoint keeps beside the simulation."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -18,6 +19,7 @@ from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
 from carom.studies.documented import documented
+from carom.studies.job import Look, Stopped
 from carom.studies.packings.compression import (
     Compression,
     PackingFolder,
@@ -166,31 +168,34 @@ def packed(
         raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
     plan = stages_of(asked.rate, asked.until_Z, asked.collisions, asked.stages)
     compression = Compression.begun(
-        scene, plan, asked.collisions, asked.common, asked.seed, asked.neighbors, asked.pictures, progress
+        scene, plan, asked.collisions, asked.common, asked.seed, asked.neighbors, asked.pictures
     )
     if folder is None:
-        return _carried_out(compression, None)
+        return _carried_out(compression, None, progress)
     with folder.owned():
         if goes_on:
-            kept = Compression.load(folder.checkpoint, progress)
+            kept = Compression.load({}, folder.checkpoint)
             check_same(folder.path, folder.kind, kept.settings(), compression.settings())
             compression = kept
         else:
             folder.clear()
-        return _carried_out(compression, folder)
+        return _carried_out(compression, folder, progress)
 
 
-def _carried_out(compression: Compression, folder: PackingFolder | None) -> Packing:
+def _carried_out(
+    compression: Compression, folder: PackingFolder | None, progress: Progress | None
+) -> Packing:
     """Run a compression to the end, and write the results to the folder if there is one."""
-    kept = None if folder is None else folder.checkpoint
     with stoppable() as stop:
         stop.deferred = True
-        if not compression.run(kept, lambda: stop.asked):
-            text = (
-                "Stopped." if folder is None else f"Stopped; `{typed('carom resume', folder.path)}` goes on."
+        kept = None if folder is None else folder.checkpoint
+        try:
+            packing: Packing = compression.finish(
+                Look(lambda: stop.asked, kept, progress=progress, due=-math.inf, strict=True)
             )
-            raise Interrupted(text, compression.packing("stopped"))
-        packing = compression.packing()
+        except Stopped:
+            goes_on = "" if folder is None else f"; `{typed('carom resume', folder.path)}` goes on"
+            raise Interrupted(f"Stopped{goes_on}.", compression.packing("stopped")) from None
         if folder is not None:
             compression.save(folder.checkpoint)
             stop.deferred = False
@@ -207,4 +212,4 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
             f"{out} holds no packing of Carom; start one with `{typed('carom pack --out', out)}`."
         )
     with folder.owned():
-        return _carried_out(Compression.load(folder.checkpoint, progress), folder)
+        return _carried_out(Compression.load({}, folder.checkpoint), folder, progress)

@@ -8,21 +8,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.observables.statistics import value_with_error
 from carom.results import as_saved, from_dict
 from carom.studies.documented import documented
-from carom.studies.executors import Stopped
 from carom.studies.folder import Task
 from carom.studies.packings.compression import PER_FACTOR, Compression, N, Stage, stages_of
 from carom.studies.packings.pack import asked_of
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
-from carom.studies.study import Look, Study
+from carom.studies.study import Study
 from carom.table import Column, Table
 from carom.texts import counted, particles
 
@@ -52,33 +51,25 @@ class Row:
     note: str
 
 
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Return the packing that a ``task`` describes; ``look`` ends it, and names the file of its state."""
-    compression = _kept(look.kept) or Compression.begun(
-        points_of(task),
-        _stages(task),
-        task.get("collisions"),
-        task["common"],
-        task["seed"],
-        task["neighbors"],
-    )
-    if not compression.run(look.kept, look.stop or (lambda: False)):
-        raise Stopped
-    return as_saved(compression.packing())
-
-
 def _stages(task: Task) -> tuple[Stage, ...]:
     return stages_of(*(task.get(name) for name in ("rate", "until_Z", "collisions", "stages")))
 
 
-def _kept(path: Path | None) -> Compression | None:
-    """Return the compression in the file where a task kept its state; None if there is none to go on with."""
-    if path is None or not path.exists():
-        return None
-    try:
-        return Compression.load(path)
-    except FileError:  # damaged: begin anew
-        return None
+class Seed(Compression):
+    """The packing of a seed."""
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the packing that a ``task`` describes, at its start."""
+        how = task.get("collisions"), task["common"], task["seed"], task["neighbors"]
+        return cls.begun(points_of(task), _stages(task), *how)
+
+    def result(self) -> dict[str, Any]:
+        """Return the packing as JSON values."""
+        return as_saved(self.packing())
+
+
+measure = Seed.measure
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,7 +82,6 @@ class Packings(Study[PackSpec]):
     Spec: ClassVar[type[PackSpec]] = PackSpec
     name: ClassVar[str] = "pack"
     unit: ClassVar[str] = "packings"
-    long: ClassVar[bool] = True
     measure = staticmethod(measure)
 
     @staticmethod

@@ -6,22 +6,23 @@ import json
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Self
 
 from carom import theory
 from carom.errors import InputError
 from carom.observables.statistics import Estimate, unwarned
 from carom.studies.coefficients import windows
 from carom.studies.coefficients.analysis import Point
-from carom.studies.coefficients.measure import measure as measure_transport
+from carom.studies.coefficients.measure import Currents
 from carom.studies.coefficients.points import infinite_diffusion
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.folder import Record, Task
+from carom.studies.job import Look
 from carom.studies.planner import pilot as trial
 from carom.studies.planner.choice import Costs, slowed
-from carom.studies.planner.measures import REPLICA, once
+from carom.studies.planner.measures import REPLICA, Timed, once
 from carom.studies.planner.system import System
-from carom.studies.study import Look, perform
+from carom.studies.study import perform
 
 SIZE = 64
 """Spheres of the first pilot."""
@@ -47,12 +48,21 @@ ESTIMATORS = {
 }
 
 
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Run a task of a transport study, and note its CPU time."""
-    load(task)
-    began = clock.thread_time()
-    result = measure_transport(task, look)
-    return {**result, "timings": {"cpu_seconds": {"all": clock.thread_time() - began}}}
+@dataclass
+class Planned(Timed, Currents):
+    """A run of a transport study, and its CPU time."""
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the run at its start; its code is compiled before."""
+        load(task)
+        began = clock.thread_time()
+        found = super().begin(task)
+        found.seconds["setup"] = clock.thread_time() - began
+        return found
+
+
+measure = Planned.measure
 
 
 def load(task: Task) -> None:
@@ -60,7 +70,7 @@ def load(task: Task) -> None:
     brief = {
         **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
     }  # fmt: skip
-    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: measure_transport(brief, Look()))
+    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: Currents.measure(brief, Look()))
 
 
 def missed(n: int) -> float:
@@ -125,7 +135,7 @@ class DiffusionMethod:
             record = perform(measure, {**task, "replica": REPLICA}, stop)
         point = Point([record])
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
-        seconds = record["provenance"]["cpu_seconds"]["all"]
+        seconds = sum(record["provenance"]["cpu_seconds"].values())
         viscosity = point.shear_viscosity()
         found = dict(zip(ESTIMATORS, point.self_diffusion(self.species), strict=True))
         best = min(found.values(), key=lambda e: e.error)

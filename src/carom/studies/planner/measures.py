@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import time as clock
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +21,10 @@ from carom.scene.fields import is_usual
 from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
+from carom.studies.fluid import Fluid
 from carom.studies.folder import Task
+from carom.studies.job import Look
 from carom.studies.scenes import by_species, counts, simulation_of
-from carom.studies.study import Look
 
 BLOCKS = 512
 """Blocks of a run. Their error bar is known to 3 %; each costs a call of the engine."""
@@ -37,25 +40,6 @@ REPLICA = 10**6
 
 _DONE: set[str] = set()
 """Kinds of tasks whose code is compiled and loaded in this process."""
-
-
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure one run of a plan; ``timings`` has the CPU seconds of each stage."""
-    load(task)
-    began = clock.thread_time()
-    sim = simulation_of(task, refuse_unusual)
-    made = clock.thread_time()
-    sim.run(collisions_per_particle=task["equilibration"], progress=look)
-    count = int(task["blocks"])
-    duration = stretches.time_for(sim, 0.5 * sim.scene.n * task["collisions_per_particle"]) / count
-    ready = clock.thread_time()
-    blocks = Blocks(sim)
-    for _ in range(count):
-        look()
-        blocks.go_on(duration, 1)
-    done = clock.thread_time()
-    seconds = {"setup": made - began, "equilibration": ready - made, "measurement": done - ready}
-    return {**of_scene(sim.scene), **blocks.result(), "timings": {"cpu_seconds": seconds}}
 
 
 def load(task: Task) -> None:
@@ -97,13 +81,15 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 class Blocks:
     """Blocks of a run of spheres in a periodic box, and the mean virial of a collision by pair of species."""
 
-    def __init__(self, sim: Simulation):
+    def __init__(self, sim: Simulation, series: dict[str, list[Any]] | None = None):
         self.sim = sim
-        self.durations: list[float] = []
-        self.virials: list[float] = []
-        self.counted: list[float] = []
-        self.collisions: list[int] = []
-        self._carried = carried(sim)
+        self.series = {} if series is None else series  # what is known of earlier blocks
+        names = "durations", "virials", "counted", "collisions"
+        self.durations, self.virials, self.counted, self.collisions = (
+            self.series.setdefault(name, []) for name in names
+        )
+        # By the temperature at the beginning, which changes by rounding.
+        self._carried = np.array(self.series.setdefault("carried", carried(sim).tolist()))
         self._before = self._count()
 
     def _count(self) -> np.ndarray:
@@ -133,6 +119,65 @@ class Blocks:
             "by_rate": by_rate,
             "collisions": int(sum(self.collisions)),
         }
+
+
+@dataclass
+class Timed(Fluid):
+    """A run of a plan, which notes its CPU seconds by stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def step(self, look: Look) -> bool:
+        """Go on, and note how long it takes."""
+        stage, began = self.stage.lower(), clock.thread_time()
+        more = super().step(look)
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + clock.thread_time() - began
+        return more
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        return {**super().result(), "timings": {"cpu_seconds": self.seconds}}
+
+
+@dataclass
+class Counted(Fluid):
+    """One run of a plan, in blocks that give two estimators of Z."""
+
+    series: dict[str, list[Any]] = field(default_factory=dict)
+
+    @functools.cached_property
+    def sums(self) -> Blocks:
+        """The blocks so far."""
+        return Blocks(self.sim, self.series)
+
+    @property
+    def done(self) -> int:
+        """Blocks measured so far."""
+        return len(self.sums.durations)
+
+    def block(self, look: Look) -> None:
+        """Measure a block; what it counts is not kept in its middle."""
+        self.sums.go_on(self.duration, 1)
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        return {**of_scene(self.sim.scene), **self.sums.result()}
+
+
+@dataclass
+class Planned(Timed, Counted):
+    """One run of a plan for the pressure."""
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the run at its start; its code is compiled before."""
+        load(task)
+        began = clock.thread_time()
+        sim = simulation_of(task, refuse_unusual)
+        return cls(task, sim, seconds={"setup": clock.thread_time() - began})
+
+
+measure = Planned.measure
 
 
 def carried(sim: Simulation) -> np.ndarray:

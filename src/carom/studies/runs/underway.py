@@ -4,36 +4,35 @@ from __future__ import annotations
 
 import contextlib
 import math
-import time as clock
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
 from typing import Any
 
 from carom import io
+from carom.block import Block
 from carom.compiling import entry
 from carom.errors import InputError, warn
 from carom.geometry.overlaps import Overlap
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.analysis.layers import Layers
-from carom.observables.analysis.precision import Goal, Prediction, block_collisions, lengthen
+from carom.observables.analysis.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate, unwarned
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation.files import checkpoint
 from carom.simulation.files.checkpoint import size, size_of_file
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.depths import deepest, present
-from carom.simulation.measuring.equilibration import Equilibration, exchanges
-from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
+from carom.studies.fluid import Fluid
+from carom.studies.job import OTHERS, Look, Stopped
 from carom.studies.runs import report
 from carom.studies.runs.constant_pressure import volume_of
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.storage import amount, holdable, without_trajectory
-from carom.studies.runs.stretch import PARTS, PILOT, Stretch
 from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop
 from carom.texts import typed
@@ -41,11 +40,14 @@ from carom.texts import typed
 LONGEST = 1e9
 """Largest length of a run to a relative error [lengths of its pilot]."""
 
-QUICK, SLOW = 0.02, 0.06
-"""Seconds of the engine between two checks for Ctrl-C: longer than a check takes, too short to notice."""
+SEGMENTS = 1024
+"""Least number of segments of a run: ten times as many as an error bar needs, to resolve correlations."""
 
-KEPT = tuple(each.name for each in fields(Stretch))
-"""Names of the fields of :class:`Stretch` that a checkpoint keeps."""
+PILOT = FLOOR
+"""Segments of the pilot that predicts the length of a run to a relative error."""
+
+DIGITS = 12
+"""Binary digits of a segment's length: segments begin at its multiples, which are exact in a double."""
 
 Progress = Callable[[float, str], object]
 """Called with the name of the stage and its finished fraction."""
@@ -54,7 +56,70 @@ Predicted = Callable[[Prediction], object]
 """Called with the prediction of a run to a relative error."""
 
 
-class Run:
+@dataclass
+class Measured(Fluid):
+    """What a checkpoint keeps of a run in addition to the simulation; its blocks are called segments.
+
+    A whole number of segments lies between two frames: one loop serves the pressure, with sums over each
+    segment, and the trajectory.
+    """
+
+    frames: int = 1  # of a run of given length
+    per_frame: int = 1  # segments per frame
+    pilot: bool = False  # whether the segments are those of the pilot, which has no frames
+    layers: list[Any] = field(default_factory=list)
+    """Sums over layers along a field (``carom.observables.layers``), at the ends of segments."""
+    overlaps: list[Any] = field(default_factory=list)
+    """Time of a frame, and its deepest overlap, of all that were looked at and have one."""
+    seconds: float = 0.0  # spent, in all sessions
+    engine_began: float = 0.0  # seconds of the engine at the first mark
+
+    @property
+    def written(self) -> int:
+        """Number of frames written up to the last mark."""
+        return 0 if self.pilot else max(self.done, 0) // self.per_frame
+
+    @property
+    def engine_seconds(self) -> float:
+        """Seconds of the engine in the stretch."""
+        return float(self.sim._state.seconds) - self.engine_began
+
+    @property
+    def stage(self) -> str:
+        """What is done now."""
+        return "Pilot" if self.pilot else super().stage
+
+    @property
+    def energy_drift(self) -> float:
+        """Change of the energy from the first mark to the last, over the kinetic one."""
+        half = 0.5 * self.sim.degrees_of_freedom
+        first, last = self.marks[0].energy, self.marks[-1].energy
+        assert first is not None
+        assert last is not None
+        change = last.potential + half * last.kT - first.potential - half * first.kT
+        return abs(change) / (half * first.kT)
+
+    def begin_segments(self, count: int, duration: float) -> None:
+        """Run on to the beginning of a stretch; its segments depend only on the present state."""
+        self.wanted, step = count, _rounded(duration / count)
+        # Two segments further is later than the present, whatever its rounding.
+        stretches.run_to(self.sim, Fraction((math.floor(self.sim.time / step) + 2) * step))
+        self.temperatures.clear()
+        self.layers.clear()
+        self.cut(step)
+        self.engine_began = self.sim._state.seconds
+
+    def mark(self) -> Block:
+        """Return the sums so far, with what walls and obstacles gave."""
+        works = tuple(each.work for each in self.sim.obstacles)
+        return super().mark()._replace(surface_changes=(), works=works, momentum_flux=None)
+
+
+KEPT = tuple(each.name for each in fields(Measured) if each.name not in OTHERS)
+"""Names of the fields that a checkpoint keeps."""
+
+
+class Run(Measured):
     """The simulation, its files, and the sums so far."""
 
     def __init__(
@@ -66,16 +131,15 @@ class Run:
         predicted: Predicted | None,
         cores: int | str,
     ):
-        self.plan, self.folder, self.stop = plan, folder, stop
+        super().__init__({})
+        self.plan, self.folder, self._stop = plan, folder, stop
         self.cores = cores
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
-        self.sim: Simulation
-        self.stretch: Stretch
         self.writers: list[Writer] = []
         self._before = 0.0  # seconds spent in earlier sessions
-        self._began, self._due = entry.running(), clock.perf_counter()
+        self._began = entry.running()
 
     # Beginning.
 
@@ -107,8 +171,9 @@ class Run:
         self.formats = holdable(formats, scene.dimension)
         if reason := without_trajectory(plan, scene, self.formats, checkpoint):
             warn(reason)
-        self.stretch = Stretch.of(frames)
-        self.written = Written(self.folder, self.formats)
+        self.frames, self.per_frame = frames, math.ceil(SEGMENTS / frames)
+        self.wanted = self.per_frame * frames
+        self.sums = Written(self.folder, self.formats)
         with self.folder.owned():
             self.folder.begin(plan)
             if plan.run.event_log:
@@ -121,12 +186,13 @@ class Run:
         with self.folder.owned():
             # All verification comes before any change of a file of the run.
             self.folder.check_unedited(self.plan)
-            self.stretch = Stretch(**{name: notes[name] for name in KEPT})
-            self._before = self.stretch.seconds
+            for name in KEPT:
+                setattr(self, name, notes[name])
+            self.__post_init__()
+            self._before = self.seconds
             self.formats = tuple(notes["written"])
-            self.written = Written(self.folder, self.formats, notes["written"])
-            keep = self.stretch.written
-            sources = self.written.sources(keep, lambda part: self._report(part, "Verifying"))
+            self.sums = Written(self.folder, self.formats, notes["written"])
+            sources = self.sums.sources(self.written, lambda part: self._report(part, "Verifying"))
             log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
@@ -139,11 +205,11 @@ class Run:
         for form, source in sources.items():
             path, other = self.folder.trajectory(form), self.folder.trajectory(source)
             warn(f"{path} was damaged or missing, and is made anew from {other.name}.")
-            io.rebuild(other, path, self.stretch.written)
+            io.rebuild(other, path, self.written)
 
     def _continued(self, form: str) -> Any:
         """Open a trajectory after the frames of the checkpoint."""
-        path, scene, keep = self.folder.trajectory(form), self.sim.scene, self.stretch.written
+        path, scene, keep = self.folder.trajectory(form), self.sim.scene, self.written
         return io.open(path, "a", scene, keep=keep) if keep else io.open(path, "w", scene)
 
     def _compile(self) -> None:
@@ -152,68 +218,72 @@ class Run:
         self.sim.run(time=0.0)
         self.sim.frame()
 
-    # The three phases.
+    # The phases.
 
     def _run(self, opened: Callable[[str], Any]) -> dict[str, Any]:
         with contextlib.ExitStack() as files:
             files.enter_context(self.sim)
             self._compile()
-            files.callback(setattr, self.stop, "deferred", False)
-            self.stop.deferred = True
-            self.thermometer = Thermometer(self.sim._state)
-            self.thermometer.series = self.stretch.temperatures
-            self.layers = Layers(self.sim.scene, self.stretch.layers)
+            files.callback(setattr, self._stop, "deferred", False)
+            self._stop.deferred = True
+            self.bed = Layers(self.sim.scene, self.layers)
             self.writers = [files.enter_context(opened(form)) for form in self.formats]
-            self._save()
-            if self.stretch.equilibrated is None:
-                self._equilibrate()
-            if self.stretch.pilot:
-                self._size_up()
-            if self.goal is None:
-                self._extend(self.stretch.segments)
-            else:
-                lengthen(self.goal, self.stretch.segments, self._extend, self._error_bar, self._expect)
-            self._save()
+            look = Look(
+                lambda: self._stop.asked, self.folder.checkpoint, self, self._report,
+                self.plan.run.checkpoint_every, strict=True,
+            )  # fmt: skip
+            look.keep(True)
+            try:
+                self.go_on(look)
+            except Stopped:
+                raise self._interrupted() from None
+            look.keep(True)
         return self._finish()
 
-    def _equilibrate(self) -> None:
-        sim, target = self.sim, round(self.plan.run.equilibration * self.sim.scene.n / 2)
+    @property
+    def target(self) -> int:
+        """Collisions of the equilibration."""
+        return round(self.plan.run.equilibration * self.sim.n / 2)
 
-        def look(_: float) -> None:
-            self._report(sim.collisions / target, "Equilibrating")
-            self._look()
+    @property
+    def kT(self) -> float | None:
+        """The temperature to which pairs on steps are brought; an event log holds no scaled velocities."""
+        return None if self.plan.run.event_log else self.plan.run.kT
 
-        look(0.0) if target else self._look()
-        if self._brings_to_temperature():
-            assert self.plan.run.kT is not None
-            rounds = Equilibration(sim, self.plan.run.kT, target, self.stretch.rounds)
-            self.stretch.rounds = rounds.begun
-            rounds.run(look)
-        elif sim.collisions < target:
-            sim.run(collisions=target - sim.collisions, progress=look)
-        self.stretch.equilibrated = (sim.collisions, sim.time)
-        asked = self.plan.run
+    def prepare(self) -> None:
+        """Begin to measure, in equilibrium."""
+        asked, n = self.plan.run, self.sim.n
         if asked.time is not None:
-            self._begin(self.stretch.segments, asked.time)
+            self.begin_segments(self.wanted, asked.time)
         elif asked.collisions_per_particle is None:
-            self.stretch.pilot = True
-            self._begin(PILOT, self._duration(PILOT * block_collisions(sim.scene.n) * 2.0 / sim.scene.n))
+            self.pilot = True
+            self.begin_segments(PILOT, self._duration(PILOT * block_collisions(n) * 2.0 / n))
         else:
-            self._begin(self.stretch.segments, self._duration(asked.collisions_per_particle))
+            self.begin_segments(self.wanted, self._duration(asked.collisions_per_particle))
 
-    def _brings_to_temperature(self) -> bool:
-        """Tell whether pairs exchange energy, and a temperature was asked for that lasts.
+    def step(self, look: Look) -> bool:
+        """Equilibrate, or measure a segment, or find out how many it takes; the wall time may be over."""
+        return not self._late() and super().step(look)
 
-        An event log holds no scaled velocities.
-        """
-        sim = self.sim
-        asked = sim.scene.velocities is None and not self.plan.run.event_log
-        return asked and exchanges(sim)
+    def block(self, look: Look) -> None:
+        """Measure a segment, and write the frame at its end."""
+        super().block(look)
+        if self.bed.weight is not None:
+            self.bed.look(self.sim.frame(), self.sim.kT)
+        if not self.pilot and self.done % self.per_frame == 0:
+            self._write()
 
-    def _begin(self, segments: int, duration: float) -> None:
-        """Begin a stretch, and save its beginning."""
-        self.stretch.begin(self.sim, segments, duration)
-        self._save()
+    def length(self) -> int:
+        """Return how many segments it takes, which fill frames, when all that were wanted are measured."""
+        if self.goal is None:
+            return self.done
+        found = self._error_bar()
+        if self.pilot:
+            return self._size_up(found)
+        if found is None or self.goal.reached(found):
+            return self.done
+        self._predict(found, min(self.goal.remaining(found), LONGEST) - 1.0)
+        return math.ceil(self.goal.next_look(self.done, found) / self.per_frame) * self.per_frame
 
     def _duration(self, wanted: float) -> float:
         """Return the time of about the ``wanted`` number of collisions per particle."""
@@ -224,11 +294,8 @@ class Run:
         speed = math.sqrt(sim.kT / sim.scene.mass)
         return wanted * max(sim.scene.box) / (speed or 1.0)
 
-    def _size_up(self) -> None:
-        """Measure in a pilot how long the run must be, and begin it."""
-        stretch = self.stretch
-        self._measure()
-        found = self._error_bar()
+    def _size_up(self, found: Estimate | None) -> int:
+        """Return how many segments the run has that the pilot measured the length of, and begin it."""
         factor = 1.0
         if found is not None and self.goal is not None:
             factor = min(self.goal.remaining(found), LONGEST)
@@ -236,99 +303,59 @@ class Run:
         limit = self.plan.run.walltime
         if limit is not None:
             # The length of a segment follows from the expected stretch, which must not exceed the wall time.
-            factor = max(min(factor, limit / stretch.engine_seconds), 1.0)
-        stretch.pilot, stretch.engine_seconds = False, 0.0
-        self._begin(stretch.per_frame * stretch.frames, factor * stretch.measured * stretch.step)
-
-    def _extend(self, length: int) -> int | None:
-        """Measure up to a number of segments that fills frames, and return it; None if the time is over."""
-        per_frame = self.stretch.per_frame
-        self.stretch.segments = math.ceil(length / per_frame) * per_frame
-        self._measure()
-        return None if self._late() else self.stretch.segments
-
-    def _expect(self, length: int, found: Estimate) -> None:
-        """Report how much is still to come."""
-        assert self.goal is not None
-        self._predict(found, min(self.goal.remaining(found), LONGEST) - 1.0)
+            factor = max(min(factor, limit / self.engine_seconds), 1.0)
+        self.pilot = False
+        self.begin_segments(self.per_frame * self.frames, factor * self.done * self.duration)
+        return self.wanted
 
     def _predict(self, found: Estimate, more: float) -> None:
         """Report how much is still to come, in lengths of the stretch so far."""
-        stretch = self.stretch
         if self._predicted is not None:
-            collisions = stretch.marks[-1][0] - stretch.marks[0][0]
-            seconds = more * stretch.engine_seconds
+            collisions = self.marks[-1].collisions - self.marks[0].collisions
+            seconds = more * self.engine_seconds
             self._predicted(Prediction(found.relative_error, more * collisions, seconds))
 
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
         with unwarned():  # short runs warn, but this one goes on
-            blocks = self.stretch.blocks(self.sim)
+            blocks = self.blocks()
             found = volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
         return None if found is None else found.primary
 
     def _late(self) -> bool:
         """Return whether the wall time is over; a run has at least one frame."""
         limit = self.plan.run.walltime
-        return limit is not None and self._spent() >= limit and self.stretch.written > 0
+        return limit is not None and self._spent() >= limit and self.written > 0
 
     def _spent(self) -> float:
         """Return the seconds spent, in all sessions, without those of compiling."""
         return self._before + entry.running() - self._began
 
-    def _measure(self) -> None:
-        """Run the remaining segments of the stretch, part by part, and write frames."""
-        parts = 1
-        stretch = self.stretch
-        stage = "Pilot" if stretch.pilot else "Measuring"
-        while stretch.measured < stretch.segments and not self._late():
-            self._report((stretch.measured + stretch.part / PARTS) / stretch.segments, stage)
-            self._look()
-            count, seconds = min(parts, PARTS - stretch.part), self.sim._state.seconds
-            self.sim.run(time=count * (stretch.step / PARTS))
-            taken = self.sim._state.seconds - seconds
-            stretch.engine_seconds += taken
-            if taken < QUICK:
-                parts = min(2 * parts, PARTS)
-            elif taken > SLOW:
-                parts = max(parts // 2, 1)
-            stretch.part += count
-            if stretch.part == PARTS:
-                stretch.mark(self.sim)
-                self.thermometer.look()
-                if self.layers.weight is not None:
-                    self.layers.look(self.sim.frame(), self.sim.kT)
-                if not stretch.pilot and stretch.measured % stretch.per_frame == 0:
-                    self._write()
-        self._look()
-        self._report(1.0, stage)
-
     def _write(self) -> None:
         frame = self.sim.frame()
         if self.plan.run.check:
             found = deepest(self.sim._state, present(self.sim._state))
-            self.stretch.overlaps += [] if found is None else [(frame.time, *found)]
+            self.overlaps += [] if found is None else [(frame.time, *found)]
         for writer in self.writers:
             writer.write(frame)
-        self.written.add(frame)
+        self.sums.add(frame)
 
     def _finish(self) -> dict[str, Any]:
-        stretch = self.stretch
-        blocks = stretch.blocks(self.sim)
-        assert stretch.equilibrated is not None
+        blocks = self.blocks()
+        assert self.equilibrated is not None
         facts = report.Facts(
             plan=self.plan,
             sim=self.sim,
             blocks=blocks,
-            equilibration=(stretch.equilibrated[0], stretch.equilibrated[1]),
-            frames=stretch.written,
-            overlaps=[(time, Overlap(*found)) for time, *found in stretch.overlaps],
+            equilibration=(int(self.equilibrated[0]), self.equilibrated[1]),
+            frames=self.written,
+            overlaps=[(time, Overlap(*found)) for time, *found in self.overlaps],
             trajectories=[self.folder.trajectory(form) for form in self.formats],
-            rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
+            rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self._before,
             thermometer=self.thermometer,
-            layers=self.layers,
-            energy_drift=stretch.energy_drift(self.sim) if stretch.rounds else None,
+            layers=self.bed,
+            energy_drift=self.energy_drift if self.rounds else None,
             without=without_trajectory(
                 self.plan, self.sim.scene, self.formats, size_of_file(self.sim._state)
             ),
@@ -347,27 +374,16 @@ class Run:
         if self._progress is not None:
             self._progress(min(max(fraction, 0.0), 1.0), text)
 
-    def _look(self) -> None:
-        """Stop after a signal, and save the state from time to time."""
-        if self.stop.asked:
-            self._save()
-            raise self._interrupted()
-        if clock.perf_counter() >= self._due:
-            self._save()
+    def notes(self) -> dict[str, Any]:
+        """Return what a checkpoint keeps beside the simulation."""
+        self.seconds = self._spent()
+        return {"plan": self.plan.to_toml(), "written": self.sums.notes(), **super().notes()}
 
-    def _save(self) -> None:
-        now = clock.perf_counter()
-        self.stretch.seconds = self._spent()
-        notes = {
-            "plan": self.plan.to_toml(),
-            "collisions": self.sim.collisions,
-            "written": self.written.notes(),
-            **vars(self.stretch),
-        }
-        checkpoint.save(self.folder.checkpoint, self.sim._state, notes)
-        # A large state takes long to write; at most a tenth of the time is spent on that.
-        after = clock.perf_counter()
-        self._due = after + max(self.plan.run.checkpoint_every, 9.0 * (after - now))
+
+def _rounded(duration: float) -> float:
+    """Return the nearest number of ``DIGITS`` binary digits."""
+    mantissa, exponent = math.frexp(duration)
+    return math.ldexp(round(math.ldexp(mantissa, DIGITS)), exponent - DIGITS)
 
 
 def _check_pressure(scene: Scene, kT: float | None) -> None:

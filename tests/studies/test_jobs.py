@@ -1,0 +1,167 @@
+"""Jobs: a task that is killed at any moment goes on inside, and its record has the same bits."""
+
+import random
+
+import pytest
+
+import carom
+from carom.errors import FileError
+from carom.studies import job as jobs
+from carom.studies.accuracy import trade
+from carom.studies.codes.search import search
+from carom.studies.codes.spec import CodeSpec
+from carom.studies.coefficients.study import Transport, TransportSpec
+from carom.studies.eos.study import EquationOfState, StudySpec
+from carom.studies.flow.study import ShearFlow, ShearSpec
+from carom.studies.job import Look, Stopped
+from carom.studies.packings.study import Packings, PackSpec
+from carom.studies.planner.diffusion import DiffusionMethod
+from carom.studies.planner.pressure import PressureMethod
+from carom.studies.planner.system import System
+
+WELL = {"interaction": carom.models.SquareWell(1.5, 1.0)}
+PAIR = {"species": [{"fraction": 0.5}, {"fraction": 0.5, "diameter": 0.5, "mass": 4.0}]}
+SHORT = {"n": (108,), "equilibration": 20.0, "replicas": 1, "blocks": 32}
+
+
+class Killed(BaseException):
+    """The process was killed."""
+
+
+class Dangerous(Look):
+    """A look of a process that is killed at one of so many moments, some time after a state was written."""
+
+    def __init__(self, kept, dice, moments):
+        super().__init__(None, kept)
+        self.dice, self.left = dice, dice.randrange(1, moments)
+
+    def __call__(self, *_):
+        self.due = 0.0 if self.dice.random() < 0.1 else float("inf")
+        super().__call__()
+        self.glance()
+
+    def glance(self, *_):
+        self.left -= 1
+        if not self.left:
+            raise Killed
+
+
+def moments(measure, task):
+    """Return the result of a task that nobody disturbs, and at how many moments it can be killed."""
+    seen = []
+    look = Look(lambda: seen.append(1))
+    return measure(task, look), len(seen)
+
+
+def killed_again_and_again(measure, task, kept, kills=5, seed=1):
+    """Kill a task at random moments of what is left of it; return the whole result and the killed one."""
+    whole, count = moments(measure, task)
+    dice, landed = random.Random(seed), 0
+    for _ in range(kills):
+        try:
+            measure(task, Dangerous(kept, dice, max(count // 2, 2)))
+            break
+        except Killed:
+            landed += 1
+    assert landed >= min(kills, 3)
+    assert kept.exists(), "no state was written before a kill"
+    found = measure(task, Look(None, kept))
+    for each in (whole, found):
+        each.pop("timings", None)
+    return whole, found
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"packing_fraction": (0.45,), "collisions_per_particle": 200.0},
+        {"packing_fraction": (0.49,), "relative_error": 0.02},
+        {"packing_fraction": (0.2,), "collisions_per_particle": 50.0, "scene": WELL},
+        {"packing_fraction": (0.3,), "collisions_per_particle": 50.0, "scene": PAIR},
+    ],
+    ids=["hard", "near freezing, to an error", "wells", "mixture"],
+)
+def test_a_point_of_an_equation_of_state_goes_on_inside(tmp_path, given):
+    (task,) = StudySpec(**SHORT, **given).tasks()
+    whole, found = killed_again_and_again(EquationOfState.measure, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+@pytest.mark.parametrize("scene", [{}, WELL], ids=["hard", "wells"])
+def test_a_run_of_a_transport_study_goes_on_inside(tmp_path, scene):
+    given = {**SHORT, "packing_fraction": (0.2,), "collisions_per_particle": 1500.0, "scene": scene}
+    (task,) = TransportSpec(**given).tasks()
+    whole, found = killed_again_and_again(Transport.measure, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"strains": 4.0}, {"relative_error": 0.3}, {"strains": 4.0, "restitution": 0.8}],
+    ids=["length", "to an error", "inelastic"],
+)
+def test_a_flow_goes_on_inside(tmp_path, given):
+    (task,) = ShearSpec(**SHORT, packing_fraction=(0.3,), rate=(1.0,), **given).tasks()
+    whole, found = killed_again_and_again(ShearFlow.measure, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+def test_a_try_of_a_search_for_a_code_goes_on_inside(tmp_path):
+    (task,) = CodeSpec(n=9, dimension=3, tries=1, starts=4, hops=8).tasks()
+    whole, found = killed_again_and_again(search, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+def test_a_packing_of_a_study_goes_on_inside(tmp_path):
+    (task,) = PackSpec(n=30, dimension=2, rate=0.05, until_Z=1e4, seeds=1).tasks()
+    whole, found = killed_again_and_again(Packings.measure, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+@pytest.mark.parametrize("method", [PressureMethod, DiffusionMethod])
+def test_a_run_of_a_plan_goes_on_inside(tmp_path, method):
+    how = method(System(0.3), *(["Z"] if method is PressureMethod else []))
+    (task,) = how.tasks(64, 1, 20.0, 2000.0, 1)
+    whole, found = killed_again_and_again(how.measure, task, tmp_path / "state.h5")
+    assert whole == found
+
+
+def test_a_row_of_a_comparison_keeps_its_parts(tmp_path, monkeypatch):
+    done = []
+
+    def part(row, look):
+        done.append(len(done))
+        if len(done) == 2:
+            raise Killed
+        return {f"number {done[-1]}": 1}
+
+    monkeypatch.setattr(jobs, "EVERY", 0.0)
+    monkeypatch.setattr(jobs, "PART", 0.0)
+    for name in ("moved", "timed", "faithful"):
+        monkeypatch.setattr(trade.TradeRow, name, part)
+    task = {"row": "method", "scene": {}, "seed": 1, "seconds": 1.0}
+    measure, kept = trade.TradeRow.measure, tmp_path / "state.h5"
+    with pytest.raises(Killed):
+        measure(task, Look(None, kept, due=0.0))
+    found = measure(task, Look(None, kept))
+    assert found == {"number 0": 1, "number 2": 1, "number 3": 1, "timings": {}}
+
+
+def test_a_state_on_a_full_disk_is_written_later(tmp_path, monkeypatch):
+    (task,) = StudySpec(**SHORT, packing_fraction=(0.3,), collisions_per_particle=20.0).tasks()
+    look = Look(None, tmp_path / "nowhere" / "state.h5")
+    monkeypatch.setattr(jobs, "EVERY", 0.0)
+    look.due = 0.0
+    assert EquationOfState.measure(task, look)["n"] == 108
+    with pytest.raises(FileError):
+        look.job.save(look.kept)
+
+
+def test_a_damaged_state_begins_anew(tmp_path):
+    (task,) = StudySpec(**SHORT, packing_fraction=(0.3,), collisions_per_particle=20.0).tasks()
+    kept, stop = tmp_path / "state.h5", iter([False] * 20)
+    with pytest.raises(Stopped):
+        EquationOfState.measure(task, Look(lambda: next(stop, True), kept))
+    kept.write_bytes(kept.read_bytes()[:1000])
+    whole, found = (EquationOfState.measure(task, Look(None, path)) for path in (None, kept))
+    assert whole | {"timings": 0} == found | {"timings": 0}
