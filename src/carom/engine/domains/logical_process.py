@@ -134,7 +134,11 @@ def make_process(
     lp["spins_before_yield"] = spins_before_yield
     lp["me"], lp["processes"], lp["axis"] = k, processes, slabs.axis
     calendar = LpQueue(
-        *plain,
+        plain.control,
+        plain.buckets,
+        plain.lines,
+        plain.event_time,
+        plain.component,
         neighbors=neighbors,
         lp=lp.view(np.recarray),
         channels=channels,
@@ -156,7 +160,7 @@ def make_process(
         observers=chained([recorder]),
     )
     tallies = aligned(1, TALLY).view(np.recarray)
-    return LogicalProcess(Engine(model, state, neighbors, calendar, tallies), recorder)  # type: ignore[arg-type]
+    return LogicalProcess(Engine(model, state, neighbors, calendar, tallies), recorder)
 
 
 def begin_window(

@@ -90,12 +90,14 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     whole = _completed(kind, parts, meanings, methods)
     constants = _constants(cls, kind, methods, {*meanings, *whole}, meanings)
     given = [name for name, each in meanings.items() if each.word != "text"]
-    names = (*given, *constants, *whole)
-    if kind.base is None:
-        compiled = namedtuple(cls.__name__, names, module=cls.__module__)  # type: ignore[misc]
-    else:
-        scope = {"__module__": cls.__module__, "__annotations__": dict.fromkeys(names, Any)}
-        compiled = type(kind.base)(cls.__name__, (kind.base,), scope)
+    items = (*given, *constants, *whole)
+    scope = {"__module__": cls.__module__, "__annotations__": dict.fromkeys(items, Any)}
+    make: Any = namedtuple if kind.base is None else type(kind.base)
+    compiled = (
+        make(cls.__name__, items, module=cls.__module__)
+        if kind.base is None
+        else make(cls.__name__, (kind.base,), scope)
+    )
     compiled.__qualname__ = f"{cls.__qualname__}.Compiled"
     compiled.__doc__ = f"What the engine compiles of {cls.__name__}."
     if not kind.converted:  # who reads the arrays after a run has the methods of the class, too
