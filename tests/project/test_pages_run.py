@@ -39,7 +39,7 @@ carom.equation_of_state = _small
 """
 
 BEFORE = {
-    "architecture.md": "from carom.compiling.registry import required\n",
+    "architecture.md": "from carom.compiling.registry import Questions\n",
     "files.md": FLUID,
     "layouts.md": FLUID
     + """

@@ -12,6 +12,7 @@ from carom.engine.domains.event_log_merge import (
     order_tasks,
     put_in_order,
 )
+from carom.engine.observers.interface import NOBODY
 
 
 def filled(counts, instants, seed):
@@ -63,7 +64,7 @@ def test_virials_of_all_parts_are_added_in_the_order_of_time(counts, instants):
     heads = np.zeros(parts, np.int64)
     for task in order_tasks(all_events):
         find_order(*task)
-    assert merge(all_events, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary)
+    assert merge(all_events, heads, engine.state.clock, engine.tallies, NOBODY, None, engine.model.boundary)
     assert tuple(heads) == counts
     assert engine.tallies.collisions[0] == sum(counts)
     assert engine.tallies.virial[0] == total
