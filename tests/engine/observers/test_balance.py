@@ -10,6 +10,7 @@ from helpers.oracle_scenes import placed
 import carom
 from carom.engine.build import arrays, build
 from carom.engine.neighbors.plan import choose
+from carom.engine.observers.interface import Nobody
 from carom.models.contacts.restitution import Restitution
 from carom.scene.velocities import degrees_of_freedom, peculiar, temperature
 from carom.simulation.measuring import stretches
@@ -191,5 +192,5 @@ def test_a_plain_scene_has_no_balance():
     scheme = choose(system, 1.0, "auto", None)
     engine = build(scheme, system, scene.positions, scene.velocities)
     assert engine.model.impact is None
-    assert engine.model.observers is None
+    assert isinstance(engine.model.observers, Nobody)
     assert not any("observers" in name for name in arrays(engine))

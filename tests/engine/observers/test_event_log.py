@@ -7,7 +7,7 @@ import carom
 from carom.engine import constants, cycle
 from carom.engine.build import arrays
 from carom.engine.observers.event_log import make_log
-from carom.engine.observers.interface import chained
+from carom.engine.observers.interface import Nobody, chained
 from carom.engine.observers.stop_at_hit import StopAtHit
 from carom.io.events import read_events
 from carom.simulation.files import recorder
@@ -69,7 +69,7 @@ def test_a_checkpoint_holds_the_same_with_a_log_and_without(tmp_path):
         for name, array in expected.items():
             assert np.array_equal(held[name], array, equal_nan=True), name
     assert len(read_events(path).time) > 100
-    assert logged._state.engine.model.observers is None  # closed: nobody writes any more
+    assert isinstance(logged._state.engine.model.observers, Nobody)  # closed: nobody writes any more
 
 
 @pytest.mark.usefixtures("both_ways")
@@ -101,7 +101,7 @@ def test_what_schedules_events_is_given_no_observer_and_so_compiled_once_for_all
     monkeypatch.setattr(cycle, "schedule", noting)
     scene = disks()[0].scene
     with carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5") as sim:
-        assert sim._state.engine.model.observers is not None
+        assert not isinstance(sim._state.engine.model.observers, Nobody)
         sim._state.schedule()
         sim.run(collisions=1)
     assert len(given) >= 2
