@@ -135,22 +135,23 @@ def collisions_of(per_particle: float, n: int) -> int:
     return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))
 
 
-def answer(question: Callable[..., Any], model: Any, *arguments: Any) -> tuple[Any, ...]:
+def answer(question: str | Callable[..., Any], model: Any, *arguments: Any) -> tuple[Any, ...]:
     """Return the numbers that a ``model`` answers, NaN where Python finds none: compiled code goes on.
+
+    The question is the name of a method, or a function that is given the model.
 
     It raises InputError where they are not as many as are asked for with the ``arguments``.
     """
-    wanted = PARTS.get(question.__name__, "a number")
+    name = question if isinstance(question, str) else question.__name__
+    wanted = PARTS.get(name, "a number")
     count = wanted.count(",") + 1
     try:
-        found = question(model, *arguments)
+        found = getattr(model, name)(*arguments) if question is name else question(model, *arguments)
     except (ArithmeticError, ValueError):
         return (math.nan,) * count
     each = found if count > 1 and isinstance(found, tuple) else (found,)
     if len(each) != count or any(np.ndim(x) or np.asarray(x).dtype.kind not in "biuf" for x in each):
-        raise InputError(
-            f"{question.__name__} of {type(model).__name__} must return {wanted}, found {describe(found)}."
-        )
+        raise InputError(f"{name} of {type(model).__name__} must return {wanted}, found {describe(found)}.")
     return each
 
 

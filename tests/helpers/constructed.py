@@ -47,7 +47,7 @@ def met():
     times = []
     for just_met in (NO_REF, word):
         state.rows["event_time"][:2], state.partner[:2] = np.inf, LAMBDA
-        predict(model, state, neighbors, calendar, tallies[0], np.uint64(0), 0.0, just_met, (word, 0.0))
+        predict(model, state, neighbors, calendar, tallies[0], 0, 0.0, just_met, (word, 0.0))
         times.append((float(state.rows["event_time"][0]), int(state.partner[0])))
     assert times[0] == (0.0, word)
     assert times[1][0] > 1.0, "only through the box, in another image"

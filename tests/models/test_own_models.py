@@ -313,7 +313,8 @@ QUESTIONS = {
 for value, questions in QUESTIONS.items():
     for question in questions:
         question.register(value.Noted, noting(question.registry[value.Noted.__base__]))
-for name in ("transfer", "exchanged_part"):
+METHODS = "transfer", "exchanged_part"  # of a contact law
+for name in METHODS:
     setattr(NotedLoss.Noted, name, noting(getattr(Losing, name)))
 
 BY_NUMBERS = {
@@ -355,7 +356,7 @@ def test_indices_are_whole_numbers_for_every_model(tmp_path):
         run_by_numbers(kind, tmp_path / f"{kind}.h5", NotedCores(), NotedLoss(), NotedFloor())
     assert {kind for _, kind in SEEN} <= {int, np.int64}
     # transfer, encounter and outward are asked without an index.
-    assert len({function for function, _ in SEEN}) == sum(map(len, QUESTIONS.values())) - 3
+    assert len({function for function, _ in SEEN}) == sum(map(len, QUESTIONS.values())) + len(METHODS) - 3
 
 
 @pytest.mark.slow

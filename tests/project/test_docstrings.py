@@ -21,6 +21,7 @@ from helpers.sentences import sentences
 
 import carom
 from carom import errors
+from carom.compiling.registry import Questions
 
 ROOT = Path(__file__).parents[2]
 # Words per sentence: the mean over a docstring, and the longest.
@@ -51,7 +52,9 @@ class Public(NamedTuple):
     @property
     def arguments(self) -> list[str]:
         if inspect.isclass(self.thing) and (
-            issubclass(self.thing, BaseException) or getattr(self.thing, "_is_protocol", False)
+            issubclass(self.thing, BaseException)
+            or getattr(self.thing, "_is_protocol", False)
+            or (issubclass(self.thing, Questions) and not getattr(self.thing, "_fields", ()))
         ):
             return []
         names = list(inspect.signature(self.thing).parameters)

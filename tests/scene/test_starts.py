@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 import carom
 from carom.errors import InputError
 from carom.geometry import overlaps
+from carom.geometry.contacts import Contacts
 from carom.models.motions.gravity import Gravity
 from carom.scene import starts
 
@@ -24,7 +25,7 @@ def test_any_number_of_spheres_begins_at_random_up_to_near_jamming(n, d, fractio
         assert scene.n == n
         assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
         room = overlaps.Geometry(np.asarray(scene.box), np.asarray(scene.periodic), ())
-        assert overlaps.deepest(scene.positions, room, carom.scene.species.Contacts(scene.diameters)) is None
+        assert overlaps.deepest(scene.positions, room, Contacts(scene.diameters)) is None
 
 
 @pytest.mark.parametrize(("d", "eta"), [(4, 0.23), (5, 0.155), (6, 0.1)])

@@ -72,8 +72,8 @@ def check_path(path: Any, name: str) -> Any:
             f"repeat itself); found {bounds}."
         )
     model = path.model(TimeUnit())
-    for question in (model.place, model.pace):
-        checks.answer(question, 0.0)
+    for question in ("place", "pace"):
+        checks.answer(question, model, 0.0)
     return path
 
 

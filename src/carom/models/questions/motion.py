@@ -135,8 +135,8 @@ class MotionModel(Questions):
     def rest_speed(self):
         """Return the least speed at which a particle leaves an obstacle after a contact; by default 0.
 
-        In a uniform field, or on an obstacle that accelerates, a
-        particle at rest would stay in contact, and a lasting contact has no next event.
+        In a uniform field, or on an obstacle that accelerates, one at rest would stay in contact. A lasting
+        contact has no next event.
         """
         return 0.0
 
@@ -225,7 +225,10 @@ class MotionModel(Questions):
         return rr, rv, vv
 
     def candidate_relative_to(self, boundary, i, ref, me, block, k, now):
-        """Return the same of a candidate whose old event is in a column of the block."""
+        """Return the same of a candidate whose old event is in column k of the block.
+
+        The other parameters are as for :meth:`relative_to`.
+        """
         rr = 0.0
         rv = 0.0
         vv = 0.0

@@ -28,7 +28,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
     mass, time = float(setting.particles.masses[i]), 0.0
     first = math.inf
     for _ in range(AT_ONCE):
-        next_kick = number_of(drive.next_time, i, x, v, time)
+        next_kick = number_of("next_time", drive, i, x, v, time)
         facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": next_kick}
         tolerance = TOLERANCE * max(abs(time), setting.size / speed)
         record.note("due", setting.dimension, next_kick >= time - tolerance, **facts)
@@ -37,7 +37,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
         left = setting.size / speed if next_kick == NEVER else max(next_kick - time, 0.0)
         for part in sorted(rng.uniform(size=2)):
             there, then = flown(setting, x, v, part * left)
-            again = number_of(drive.next_time, i, there, then, time + part * left)
+            again = number_of("next_time", drive, i, there, then, time + part * left)
             same = again == next_kick or abs(again - next_kick) <= tolerance + TOLERANCE * left
             record.note("asked", setting.dimension, same, **facts, asked=time + part * left, again=again)
         if next_kick == NEVER:
@@ -72,7 +72,7 @@ def try_impact(
     distance = setting.size * rng.uniform(0.5, 2.0)
     speed = setting.speed * 10.0 ** rng.uniform(-6.0, 2.0)
     rr, rv = np.float64(distance * distance), np.float64(-speed * distance)
-    for part in (number_of(law.transfer, rr, rv), number_of(law.exchanged_part, i, j, rr, rv, 0.0)):
+    for part in (number_of("transfer", law, rr, rv), number_of("exchanged_part", law, i, j, rr, rv, 0.0)):
         facts = {"i": i, "j": j, "distance": distance, "normal_speed": speed, "part": part}
         record.note("part", setting.dimension, part >= 0.5 - TOLERANCE, **facts)
         if getattr(value, "elastic", False):

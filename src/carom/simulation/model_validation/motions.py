@@ -49,7 +49,7 @@ def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relat
         record.note("uniform", d, off <= TOLERANCE * size, **facts, off=off)
     for axis in range(d):
         low, high = x[0, axis] + setting.size * (rng.uniform(0.01, 2.0, 2) * (-1.0, 1.0))
-        t, up = checks.answer(motion.exit_time, axis, x[0, axis], v[0, axis], low, high)
+        t, up = checks.answer("exit_time", motion, axis, x[0, axis], v[0, axis], low, high)
         if not t < NEVER:
             continue
         way = [motion.position(axis, x[0, axis], v[0, axis], s * t) for s in np.linspace(0, 1, 33)]

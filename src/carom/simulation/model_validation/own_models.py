@@ -159,7 +159,7 @@ def refuse_impact(value: Any, scene: Scene, system: System, setting: Setting) ->
         return
     law = copied(law)
     try:
-        number_of(law.exchanged_part, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
+        number_of("exchanged_part", law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
     except IndexError:
         raise InputError(short(law, shortest(law, n), n)) from None
     rng = np.random.default_rng(2)

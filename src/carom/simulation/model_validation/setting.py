@@ -191,8 +191,8 @@ def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.nda
     """Return place and velocity (d,) of one particle in a ``motion`` a time ``t`` later."""
     # What carry leaves out is no number.
     there, then, left = motion.carry(x, v, t, np.full_like(x, np.nan), np.full_like(v, np.nan))
-    places = [number_of(motion.position, axis, there[axis], then[axis], left) for axis in range(len(x))]
-    speeds = [number_of(motion.velocity, axis, then[axis], left) for axis in range(len(x))]
+    places = [number_of("position", motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
+    speeds = [number_of("velocity", motion, axis, then[axis], left) for axis in range(len(x))]
     return np.array(places), np.array(speeds)
 
 
@@ -202,7 +202,7 @@ def time_of(question: Callable[..., Any], *arguments: Any) -> float:
     return NEVER if math.isnan(t) else t
 
 
-def number_of(question: Callable[..., Any], *arguments: Any) -> float:
+def number_of(question: str | Callable[..., Any], *arguments: Any) -> float:
     """Return the number, the first of several, that a model answers to a ``question`` of ``arguments``.
 
     It raises InputError as ``checks.answer`` does.
