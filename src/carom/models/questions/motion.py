@@ -203,11 +203,20 @@ class MotionModel(Questions):
         return self.velocity(axis, v[axis], t)
 
     def relative_to(self, boundary, i, ref, me, other, now):
-        """Return r.r, r.v and v.v at ``now`` of the image ``ref`` relative to i, by the old events of both.
+        """Return r.r, r.v and v.v of an image relative to i.
 
-        The loop over axes is here: one question an axis cost 5 % of the rate
-        (docs/decisions/14-transport-and-shear.md).
+        Parameters
+        ----------
+        boundary : model
+            What edges of the box do.
+        i, ref : int
+            The particle, and the reference to the image of the other.
+        me, other : records
+            The old events of both.
+        now : float
+            Time since the beginning of the epoch.
         """
+        # The loop over axes is here: one question an axis cost 5 % of the rate (decision 14).
         rr = 0.0
         rv = 0.0
         vv = 0.0
@@ -252,15 +261,24 @@ class MotionModel(Questions):
         return rr, rv, vv
 
     def contact_vector(self, boundary, i, ref, axis, me, other, now):
-        """Return a coordinate of the image relative to i, where the old events of both are those of now."""
+        """Return a coordinate of the image relative to i, where both old events are of now.
+
+        Parameters are as for :meth:`relative_to`, and the axis.
+        """
         return boundary.separation(i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
 
     def contact_velocity(self, boundary, i, ref, axis, me, other):
-        """Return a coordinate of its velocity relative to i, likewise."""
+        """Return a coordinate of its velocity relative to i, likewise.
+
+        Parameters are as for :meth:`relative_to`, and the axis.
+        """
         return np.float64(other.v[axis]) - np.float64(me.v[axis])
 
     def exit_time_at(self, axis, me, now, low, high):
-        """Return the time from now until a coordinate leaves an interval, and at which end: ``exit_time``."""
+        """Return the time from now until a coordinate leaves an interval, and at which end.
+
+        Parameters are as for :meth:`exit_time`, with the old event ``me`` in the place of x and v.
+        """
         v = np.float64(me.v[axis])
         x = self.position(axis, me.x[axis], v, now - me.t)
         return self.exit_time(axis, x, self.velocity(axis, v, now - me.t), low, high)
