@@ -146,7 +146,10 @@ def answer(question: str | Callable[..., Any], model: Any, *arguments: Any) -> t
     wanted = PARTS.get(name, "a number")
     count = wanted.count(",") + 1
     try:
-        found = getattr(model, name)(*arguments) if question is name else question(model, *arguments)
+        if isinstance(question, str):
+            found = getattr(model, name)(*arguments)
+        else:
+            found = question(model, *arguments)
     except (ArithmeticError, ValueError):
         return (math.nan,) * count
     each = found if count > 1 and isinstance(found, tuple) else (found,)
