@@ -6,6 +6,7 @@ import importlib
 import math
 import numbers
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -145,11 +146,9 @@ def answer(question: str | Callable[..., Any], model: Any, *arguments: Any) -> t
     name = question if isinstance(question, str) else question.__name__
     wanted = PARTS.get(name, "a number")
     count = wanted.count(",") + 1
+    ask: Any = getattr(model, name) if isinstance(question, str) else partial(question, model)
     try:
-        if isinstance(question, str):
-            found = getattr(model, name)(*arguments)
-        else:
-            found = question(model, *arguments)
+        found = ask(*arguments)
     except (ArithmeticError, ValueError):
         return (math.nan,) * count
     each = found if count > 1 and isinstance(found, tuple) else (found,)
