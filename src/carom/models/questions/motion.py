@@ -177,21 +177,21 @@ class MotionModel(Questions):
             v[axis] = total + (error + (product_error + more * normal[axis]))
 
     def meeting(self, obstacle, x, v, radius, growth, now):
-        """Return :func:`encounter` for particles in this motion.
+        """Return :func:`~carom.models.questions.obstacle.encounter` for particles in this motion.
 
         Parameters
         ----------
         obstacle : model
             The obstacle.
         x, v, radius, growth
-            As for :func:`encounter`.
+            As for :func:`~carom.models.questions.obstacle.encounter`.
         now : float
             Time since the beginning of the epoch.
         """
         return arrival(obstacle, x, v, radius, growth, now)
 
     def wall_meeting(self, walls, x, v, radius, growth):
-        """Return :func:`soonest_wall` for particles in this motion."""
+        """Return :func:`~carom.models.questions.walls.soonest_wall` for particles in this motion."""
         return soonest_wall(walls, x, v, radius, growth)
 
     def position_at(self, axis, x, v, t, now):
