@@ -66,8 +66,8 @@ class Barostat(Declared):
     pressure: float = needed(positive, "The pressure P [energy / length^d].")
     interval: float = needed(
         positive,
-        "Time between two moves [time]. All is scheduled anew after one, which costs as much as some 200 "
-        "collisions of each of 32 particles, 70 of 256, 25 of 1000: let several mean free times lie between.",
+        "Time between two moves [time]. All is scheduled anew after one, which costs as much as some 450 "
+        "collisions of each of 32 particles, 120 of 256, 50 of 1000: let some mean free times lie between.",
     )
     step: float | None = option(
         number(low=0.0, open_low=True, high=1.0),
