@@ -143,10 +143,14 @@ def move_volume(run_state: Any) -> None:
     kT = unit.to_scene(temperature(scene, run_state.speeds), -2)
     if not kT > 0.0:
         raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
-    number, frame = moves.tried + 1, run_state.frame()
-    rng = np.random.default_rng(seeds.stream(moves.barostat.seed, "volume", moves.tried))
-    way = _drawn if moves.barostat.step is None else _tried
-    moved = _scaled(scene, frame, way(rng, scene, moves.barostat, kT, frame.positions))
+    number, barostat = moves.tried + 1, moves.barostat
+    rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
+    if barostat.step is None:
+        places = run_state.frame().positions
+        scale: float | None = _drawn(rng, scene, barostat, kT, places)
+    elif scale := _tried(rng, scene, barostat, kT):
+        places = run_state.frame().positions  # not of a move that is refused for its work
+    moved = _scaled(scene, places, scale) if scale else None
     if moved is None:
         run_state.volume_moves = moves._replace(tried=number)
         return
@@ -157,9 +161,7 @@ def move_volume(run_state: Any) -> None:
     run_state.refit(move=(moves.next, {"scene": moved, "volume_moves": after}))
 
 
-def _tried(
-    rng: np.random.Generator, scene: Scene, barostat: Barostat, kT: float, places: np.ndarray
-) -> float | None:
+def _tried(rng: np.random.Generator, scene: Scene, barostat: Barostat, kT: float) -> float | None:
     """Return by how much a move of at most a step scales lengths, None if it is refused for its work."""
     change, threshold = float(barostat.step or 0.0) * (2.0 * rng.random() - 1.0), rng.random()
     scale = _exponential(change / scene.dimension)
@@ -216,16 +218,14 @@ def _exponential(x: float) -> float:
     return float(exponential(np.array(x)))
 
 
-def _scaled(scene: Scene, frame: Any, scale: float | None) -> Scene | None:
+def _scaled(scene: Scene, places: np.ndarray, scale: float) -> Scene | None:
     """Return a scene with all lengths but the diameters scaled; None if they do not fit."""
-    if scale is None:
-        return None
     box = tuple(edge * scale for edge in scene.box)
     if not scene.diameter < min(box) or max(box) > LONGEST_EDGE * scene.diameters.min():
         return None
     # A product must not be rounded up to the edge, which is the place 0 of the next image.
-    places = np.minimum(frame.positions * scale, np.nextafter(box, 0.0))
+    positions = np.minimum(places * scale, np.nextafter(box, 0.0))
     try:
-        return scene.replace(positions=places, box=box)
+        return scene.replace(positions=positions, box=box)
     except OverlapError:
         return None

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Self
 
 from carom import theory
 from carom.errors import InputError
@@ -48,29 +46,22 @@ ESTIMATORS = {
 }
 
 
-@dataclass
-class Planned(Timed, Currents):
-    """A run of a transport study, and its CPU time."""
-
-    @classmethod
-    def begin(cls, task: Task) -> Self:
-        """Return the run at its start; its code is compiled before."""
-        load(task)
-        began = clock.thread_time()
-        found = super().begin(task)
-        found.seconds["setup"] = clock.thread_time() - began
-        return found
-
-
-measure = Planned.measure
-
-
 def load(task: Task) -> None:
     """Compile or load the code of a task, once in a process, before any time is measured."""
     brief = {
         **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
     }  # fmt: skip
     once("D " + json.dumps(task["scene"], sort_keys=True), lambda: Currents.measure(brief, Look()))
+
+
+@dataclass
+class Planned(Timed, Currents):
+    """A run of a transport study, and its CPU time."""
+
+    warm_up = staticmethod(load)
+
+
+measure = Planned.measure
 
 
 def missed(n: int) -> float:

@@ -127,6 +127,20 @@ class Timed(Fluid):
 
     seconds: dict[str, float] = field(default_factory=dict)
 
+    @staticmethod
+    def warm_up(task: Task) -> None:
+        """Compile or load the code of a task, before any time is measured."""
+        raise NotImplementedError
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the run at its start."""
+        cls.warm_up(task)
+        began = clock.thread_time()
+        found = super().begin(task)
+        found.seconds["setup"] = clock.thread_time() - began
+        return found
+
     def step(self, look: Look) -> bool:
         """Go on, and note how long it takes."""
         stage, began = self.stage.lower(), clock.thread_time()
@@ -144,6 +158,11 @@ class Counted(Fluid):
     """One run of a plan, in blocks that give two estimators of Z."""
 
     series: dict[str, list[Any]] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, task: Task) -> Self:
+        """Return the run at its start."""
+        return cls(task, simulation_of(task, refuse_unusual))
 
     @functools.cached_property
     def sums(self) -> Blocks:
@@ -168,13 +187,7 @@ class Counted(Fluid):
 class Planned(Timed, Counted):
     """One run of a plan for the pressure."""
 
-    @classmethod
-    def begin(cls, task: Task) -> Self:
-        """Return the run at its start; its code is compiled before."""
-        load(task)
-        began = clock.thread_time()
-        sim = simulation_of(task, refuse_unusual)
-        return cls(task, sim, seconds={"setup": clock.thread_time() - began})
+    warm_up = staticmethod(load)
 
 
 measure = Planned.measure
