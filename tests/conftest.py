@@ -7,7 +7,6 @@ from collections import Counter
 
 import pytest
 import typer.testing
-from helpers import apart
 from helpers.limits import SLOW_LIMIT, Limits
 from helpers.marks import slow
 from helpers.needs import NEEDS, needs_of, reason, skip_without
@@ -24,15 +23,13 @@ typer.testing._get_command = functools.cache(typer.testing._get_command)
 
 
 def pytest_configure(config):
-    """Let each test have a limit, workers give back the memory of each file, and Ctrl-C interrupt.
+    """Let each test have a limit, and Ctrl-C interrupt.
 
     A process started by ``pytest &`` in a script, or by some runners of jobs, ignores Ctrl-C otherwise, and
     so does each one that a test starts.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    limits = Limits()
-    is_copied = hasattr(config, "workerinput") and apart.POSSIBLE
-    config.pluginmanager.register(apart.Apart(config, limits) if is_copied else limits)
+    config.pluginmanager.register(Limits())
 
 
 @pytest.fixture

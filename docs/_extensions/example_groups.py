@@ -39,6 +39,7 @@ GROUPS = {
     },
     "Gravity and grains": {
         "barometric_column": "A column of disks in a field",
+        "falling_bodies": "Bodies of several spheres over a floor",
         "shaken_ball": "A ball on a shaken floor",
         "rosato_bed": "A vibrated bed",
         "brazil_nut": "The Brazil-nut effect",

@@ -60,6 +60,7 @@ PARTS = {
     "barometric_column": Part(
         "barometric-column", (75, 7, 693, 409), ("height", "density"), (435, 8, 692, 88)
     ),
+    "falling_bodies": Part("falling-bodies", (467, 15, 827, 388), ("height", "density"), (640, 14, 826, 118)),
     "shaken_ball": Part("shaken-ball", (64, 27, 698, 409), ("acceleration", "phase")),
     "rosato_bed": Part("rosato-bed", (53, 67, 321, 331)),
     "brazil_nut": Part("brazil-nut", (59, 7, 688, 387), ("cycles", "height")),

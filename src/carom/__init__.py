@@ -56,17 +56,17 @@ if TYPE_CHECKING:
     from carom.simulation.moves.swaps import Swaps as Swaps
     from carom.simulation.simulation import Simulation as Simulation, Statistics as Statistics
     from carom.simulation.tuning import Tuning as Tuning
-    from carom.studies.codes.study import spherical_code as spherical_code
-    from carom.studies.coefficients.study import transport as transport
+    from carom.studies.at_path import load as load, resume as resume
     from carom.studies.eos.study import equation_of_state as equation_of_state
-    from carom.studies.flow.study import shear as shear
     from carom.studies.measuring import measure as measure
     from carom.studies.packings.pack import pack as pack
     from carom.studies.packings.study import packings as packings
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
-    from carom.studies.saved import load as load, resume as resume
+    from carom.studies.shear.study import shear as shear
     from carom.studies.signals import Interrupted as Interrupted
+    from carom.studies.spherical_codes.study import spherical_code as spherical_code
+    from carom.studies.transport.study import transport as transport
 
 # Name -> module; imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
@@ -99,13 +99,13 @@ _LAZY = {
         "carom.studies.runs.execution": "run",
         "carom.studies.packings.pack": "pack",
         "carom.studies.packings.study": "packings",
-        "carom.studies.codes.study": "spherical_code",
+        "carom.studies.spherical_codes.study": "spherical_code",
         "carom.studies.eos.study": "equation_of_state",
-        "carom.studies.coefficients.study": "transport",
-        "carom.studies.flow.study": "shear",
+        "carom.studies.transport.study": "transport",
+        "carom.studies.shear.study": "shear",
         "carom.studies.planner.plan": "plan",
         "carom.studies.measuring": "measure",
-        "carom.studies.saved": "resume load",
+        "carom.studies.at_path": "resume load",
         "carom.io.trajectory": "open",
         "carom.pictures.view": "view",
         "carom.pictures.movie": "movie",
@@ -140,7 +140,7 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
     from carom import models
-    from carom.meant import nearest
+    from carom.suggestions import nearest
 
     shelves = {each: f"models.{each}" for each in models.__all__} | {each: each for each in __all__}
     alike = nearest(name, shelves)

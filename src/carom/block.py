@@ -25,7 +25,7 @@ class EnergySample(NamedTuple):
 class MomentumFlux(NamedTuple):
     """Momentum along each axis that passes through a box along each axis, times its edge, over a stretch."""
 
-    carried: Any  # (d, d), integral of ``sum m u_a u_b`` over time [energy time]
+    carried: Any  # (d, d), integral of ``sum m u_a u_b``, u about the center of mass, over time [energy time]
     handed_over: Any  # (d, d), ``sum r_a dp_b`` over collisions [energy time]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.meant import suggestion
+from carom.suggestions import suggestion
 
 #: Lengths and masses beyond this, or (where zero has no meaning) below its inverse, are refused: products of
 #: six edges and of energies would leave the range of doubles.
@@ -153,7 +153,8 @@ def answer(question: str | Callable[..., Any], model: Any, *arguments: Any) -> t
         return (math.nan,) * count
     each = found if count > 1 and isinstance(found, tuple) else (found,)
     if len(each) != count or any(np.ndim(x) or np.asarray(x).dtype.kind not in "biuf" for x in each):
-        raise InputError(f"{name} of {type(model).__name__} must return {wanted}, found {describe(found)}.")
+        word = name.removesuffix("_of")  # as the user writes it
+        raise InputError(f"{word} of {type(model).__name__} must return {wanted}, found {describe(found)}.")
     return each
 
 

@@ -242,11 +242,11 @@ def word(*known: str) -> Check:
     """Return the check of a word that is one of those known."""
 
     def test(value: Any, name: str) -> str:
-        from carom import checks, meant
+        from carom import checks, suggestions
 
         if isinstance(value, str) and value in known:
             return value
-        hint = meant.suggestion(value, known, listed=True) if isinstance(value, str) else ""
+        hint = suggestions.suggestion(value, known, listed=True) if isinstance(value, str) else ""
         raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
 
     return said(test, enum=list(known))

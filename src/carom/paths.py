@@ -143,16 +143,14 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
-    """Return the temporary files that :func:`replacing` left in a folder when its process was killed.
+def sweep(folder: Path, ours: Callable[[str], object]) -> None:
+    """Remove the files that :func:`replacing` left in a folder when its process was killed.
 
-    ``whole`` tells whether a file of that name is ours.
+    Those are removed that were to replace files whose names are ``ours``.
     """
-    return [
-        path
-        for path in folder.iterdir()
-        if (found := _REMNANT.fullmatch(path.name)) and whole(found["stem"] + (found["suffix"] or ""))
-    ]
+    for path in folder.iterdir():
+        if (found := _REMNANT.fullmatch(path.name)) and ours(found["stem"] + (found["suffix"] or "")):
+            path.unlink(missing_ok=True)
 
 
 _REMNANT = re.compile(r"\.(?P<stem>.+)\.\d+\.tmp(?P<suffix>\.[^.]+)?")

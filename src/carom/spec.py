@@ -164,12 +164,12 @@ class Spec(Declared):
     @classmethod
     def check_words(cls, words: Iterable[str]) -> None:
         """Raise InputError for a key that the section does not have."""
-        from carom import meant
+        from carom import suggestions
 
         known = [name for name in fields_of(cls) if name not in cls.tables]
         for name in words:
             if name not in known:
-                hint = meant.suggestion(name, known, gone=cls.gone)
+                hint = suggestions.suggestion(name, known, gone=cls.gone)
                 raise InputError(f"[{cls.section}] {shown(name)} is no known key{hint}.")
 
     def to_toml(self) -> str:
@@ -204,7 +204,7 @@ def read(path: str | Path) -> str:
 
 def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
     """Return the tables of some sections of a TOML text; sections of other commands are skipped."""
-    from carom import checks, meant
+    from carom import checks, suggestions
     from carom.io.records import toml_tables
 
     if len(content) > LARGEST_FILE:
@@ -223,7 +223,7 @@ def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
                 f"{shown(name)} stands outside of any section; write it below one, such as [{own[0]}]."
             )
         if name not in known:
-            hint = f"; {GONE[name]}" if name in GONE else meant.suggestion(name, known)
+            hint = f"; {GONE[name]}" if name in GONE else suggestions.suggestion(name, known)
             raise InputError(f"[{shown(name)}] is no known section{hint}.")
     if found and not {*own} & {*found}:
         wanted = " or ".join(f"[{name}]" for name in own)

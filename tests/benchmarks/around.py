@@ -66,12 +66,12 @@ def one(arguments, cpu):
     parts = Parts(time.process_time if cpu else time.perf_counter)
     from carom.cli import main
     from carom.simulation.simulation import Simulation
-    from carom.studies.runs import report, underway
+    from carom.studies.runs import driver, report
 
     for owner, attribute, name in (
-        (underway.Run, "from_the_start", "scene, kernel, looks"),
-        (underway.Run, "_write", "frames"),
-        (underway.Run, "save", CHECKPOINTS),
+        (driver.Run, "from_the_start", "scene, kernel, looks"),
+        (driver.Run, "_write", "frames"),
+        (driver.Run, "save", CHECKPOINTS),
         (report, "pressure_of", "error bars"),
         (report, "_distribution", "g(r)"),
         (report, "_draw", "pictures"),

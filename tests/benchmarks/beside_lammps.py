@@ -20,7 +20,7 @@ from lammps_spheres import LammpsSpheres
 
 import carom
 from carom import theory
-from carom.opponents.pseudo_hard import PseudoHardSpheres
+from carom.baselines.pseudo_hard import PseudoHardSpheres
 
 METHODS = {"lammps": LammpsSpheres, "verlet": PseudoHardSpheres}
 

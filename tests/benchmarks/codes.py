@@ -15,10 +15,10 @@ import math
 import time
 from pathlib import Path
 
-from carom.studies.codes.compression import compress
-from carom.studies.codes.repulsion import starts_for
-from carom.studies.codes.search import search
-from carom.studies.codes.spec import RATES, CodeSpec
+from carom.studies.spherical_codes.compression import compress
+from carom.studies.spherical_codes.repulsion import starts_for
+from carom.studies.spherical_codes.search import search
+from carom.studies.spherical_codes.spec import RATES, CodeSpec
 
 TABLE = Path(__file__).parents[1] / "data" / "spherical_codes.csv"
 

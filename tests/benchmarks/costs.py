@@ -237,7 +237,7 @@ def ranges(given: argparse.Namespace) -> None:
 
 def sphere(given: argparse.Namespace) -> None:
     """Print the table of caps on great circles that cover a fifth of the sphere."""
-    from carom.studies.codes.compression import random_points, scene_of, tiling_diameter
+    from carom.studies.spherical_codes.compression import random_points, scene_of, tiling_diameter
 
     print("| n | thousand collisions / s | bytes a particle | compiled in [CPU s] |\n|---|---|---|---|")
     for n in (12, 24, 48, 96):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.opponents.pseudo_hard import CUT, REDUCED_TEMPERATURE
+from carom.baselines.pseudo_hard import CUT, REDUCED_TEMPERATURE
 
 EVERY = 5
 """Steps between samples of virial and temperature."""
@@ -34,7 +34,7 @@ def _program() -> Any:
 class LammpsSpheres:
     """Pseudo hard spheres in a periodic box of three dimensions, moved by LAMMPS on one core.
 
-    Arguments and attributes are those of :class:`carom.opponents.pseudo_hard.PseudoHardSpheres`; ``skin`` is
+    Arguments and attributes are those of :class:`carom.baselines.pseudo_hard.PseudoHardSpheres`; ``skin`` is
     LAMMPS's default for these units.
     """
 

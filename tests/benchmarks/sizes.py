@@ -5,7 +5,7 @@ Ten CPU minutes. The last column is what the planner takes for it (carom.studies
 
 import sys
 
-from carom.studies.planner.measures import BLOCKS, estimates, measure
+from carom.studies.planner.measures import BLOCKS, PressureRun, estimates_of
 from carom.studies.planner.sizes import residual
 from carom.studies.planner.system import System
 from carom.studies.study import Look
@@ -23,8 +23,8 @@ for d, (etas, sizes) in POINTS.items():
         for n in sizes:
             length = 2.0 * COLLISIONS / n
             spec = system.spec(n, collisions_per_particle=length, equilibration=1000.0, blocks=BLOCKS, seed=7)
-            result = measure(spec.tasks()[0], Look())
-            z = next(iter(estimates(result["by_virial"], result["by_rate"], d).values()))
+            result = PressureRun.measure(spec.tasks()[0], Look())
+            z = next(iter(estimates_of(result, d).values()))
             exact = system.z()
             bias = (z.mean - system.shift(n) - exact) / exact
             print(

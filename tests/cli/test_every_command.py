@@ -18,24 +18,25 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from helpers.commands import content, in_this_process
-from helpers.frames import at_rest
+from helpers.frames import at_rest, write
+from helpers.mixtures import mixture
 from helpers.options import COMMANDS, PLAN
 from helpers.plain import uncompiled
 from typer.testing import CliRunner
 
 import carom
-from carom import cli, io
-from carom.cli import heartbeat, meant, screen, study
+from carom import cli
+from carom.cli import heartbeat, screen, study, suggestions
 from carom.cli.options import FLAGS
 from carom.cli.templates import SPECS
 from carom.declared import fields_of, schema_of
-from carom.meant import NOWHERE, SAME
 from carom.scene.keywords import ELSEWHERE
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.spec import numbers_of
 from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
+from carom.suggestions import NOWHERE, SAME
 
 RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
        "--frames", "2", "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
@@ -82,7 +83,7 @@ def added(base, option, look, right, *, asks=False):
 
 
 def asked(base, option, name, right):
-    """Return a case that looks at a field of what a study is asked for, or at where it is to run."""
+    """Return a case that looks at a field of what is asked for, or at another argument."""
 
     def look(done):
         return getattr(done.asked.get("spec"), name, done.asked.get(name))
@@ -256,7 +257,7 @@ CASES = {
         "--bins": added(MEASURE, ("--bins", "7"), lambda done: len(done.table), 7),
         "--width": added((*MEASURE, "--rmax", "2"), ("--width", "0.25"), lambda done: len(done.table), 4),
         "--rmax": added((*MEASURE, "--width", "0.1"), ("--rmax", "2"), lambda done: len(done.table), 10),
-        "--pair": added(MEASURE, ("--pair", "0,1"), lambda done: done.table["g"].sum(), None),
+        "--pair": added(MEASURE, ("--pair", " 0, 1 "), lambda done: done.table["g"].sum(), None),
         "--axis": added(
             ("two.extxyz", "profile", *OUT), ("--axis", "z"),
             lambda done: "along z" in done.printed, True,
@@ -281,20 +282,18 @@ CASES = {
     "plan": {
         "--quiet": SILENT,
         "scene": added((), ("scene.toml",), lambda done: str(done.asked["scene"]), "scene.toml"),
-        "--target": added((), ("--target", "Z=+-0.1"), lambda done: done.asked["target"], "Z=+-0.1"),
-        "--packing-fraction": added(
-            (), ("--packing-fraction", "0.2"), lambda done: done.asked["packing_fraction"], 0.2
-        ),
-        "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["dimension"], 2),
-        "--species": added(
-            (), ("--species", "0.5:1", "--species", "0.5:1.4:2"), lambda done: done.asked["species"],
+        "--target": asked((), ("--target", "Z=+-0.1"), "target", "Z=+-0.1"),
+        "--packing-fraction": asked((), ("--packing-fraction", "0.2"), "packing_fraction", 0.2),
+        "--dimension": asked((), ("--dimension", "2"), "dimension", 2),
+        "--species": asked(
+            (), ("--species", "0.5:1", "--species", "0.5:1.4:2"), "species",
             [{"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4, "mass": 2.0}],
         ),
-        "--n": added((), ("--n", "100"), lambda done: done.asked["n"], 100),
-        "--seed": added((), ("--seed", "7"), lambda done: done.asked["seed"], 7),
-        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
-        "--walltime": added((), ("--walltime", "1800"), lambda done: done.asked["walltime"], 1800.0),
-        "--pilot": added((), ("--pilot", "2"), lambda done: done.asked["pilot"], 2.0),
+        "--n": asked((), ("--n", "100"), "n", 100),
+        "--seed": asked((), ("--seed", "7"), "seed", 7),
+        "--cores": asked((), ("--cores", "3"), "cores", 3),
+        "--walltime": asked((), ("--walltime", "1800"), "walltime", 1800.0),
+        "--pilot": asked((), ("--pilot", "2"), "pilot", 2.0),
         "--run": added((), ("--run",), made("carom-plan/outcome.json"), True),
         "--out": added((), OUT, made("out/plan.json"), True),
         "--json": added((), ("--json",), json_alone, True),
@@ -305,21 +304,15 @@ CASES = {
     "code": of_study(CodeSpec, ("9",), ("5",), ("9",), "n", 9),
     "trade": of_study(TradeSpec, (), (), ("scene.toml",), "scene", lambda scene: scene["cells"] == 2),
     "view": {
-        "source": added((), ("two.extxyz",), lambda done: str(done.asked.get("source")), "two.extxyz"),
-        "--out": added(
-            ("two.extxyz",), ("--out", "page.html"), lambda done: str(done.asked["page"]), "page.html"
+        "source": asked((), ("two.extxyz",), "source", lambda path: str(path) == "two.extxyz"),
+        "--out": asked(
+            ("two.extxyz",), ("--out", "page.html"), "page", lambda path: str(path) == "page.html"
         ),
-        "--collisions": added(
-            ("two.extxyz",), ("--collisions", "50"), lambda done: done.asked["collisions"], 50
-        ),
-        "--from": added(("two.extxyz",), ("--from", "0.5"), lambda done: done.asked["begin"], 0.5),
-        "--to": added(("two.extxyz",), ("--to", "0.5"), lambda done: done.asked["end"], 0.5),
-        "--open": added(
-            ("two.extxyz", "--no-open"), ("--open",), lambda done: done.asked.get("launched"), "two.html"
-        ),
-        "--no-open": added(
-            ("two.extxyz",), ("--no-open",), lambda done: done.asked.get("launched"), None
-        ),
+        "--collisions": asked(("two.extxyz",), ("--collisions", "50"), "collisions", 50),
+        "--from": asked(("two.extxyz",), ("--from", "0.5"), "begin", 0.5),
+        "--to": asked(("two.extxyz",), ("--to", "0.5"), "end", 0.5),
+        "--open": asked(("two.extxyz", "--no-open"), ("--open",), "launched", "two.html"),
+        "--no-open": asked(("two.extxyz",), ("--no-open",), "launched", None),
         "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
         "--overwrite": added(
             ("two.extxyz", "--out", "full/old.html"), ("--overwrite",), lambda done: done.code, 0
@@ -327,15 +320,11 @@ CASES = {
     },
     "movie": {
         "--quiet": SILENT,
-        "trajectory": added(
-            (), ("two.extxyz", "two.gif"), lambda done: str(done.asked.get("trajectory")), "two.extxyz"
-        ),
-        "target": added(
-            ("two.extxyz",), ("two.gif",), lambda done: str(done.asked.get("target")), "two.gif"
-        ),
-        "--fps": added(MOVIE, ("--fps", "12"), lambda done: done.asked["fps"], 12),
-        "--size": added(MOVIE, ("--size", "200"), lambda done: done.asked["size"], 200),
-        "--color": added(MOVIE, ("--color", "speed"), lambda done: done.asked["color"], "speed"),
+        "trajectory": asked((), MOVIE, "trajectory", lambda path: str(path) == "two.extxyz"),
+        "target": asked(("two.extxyz",), ("two.gif",), "target", lambda path: str(path) == "two.gif"),
+        "--fps": asked(MOVIE, ("--fps", "12"), "fps", 12),
+        "--size": asked(MOVIE, ("--size", "200"), "size", 200),
+        "--color": asked(MOVIE, ("--color", "speed"), "color", "speed"),
         "--overwrite": added(
             ("two.extxyz", "full/rdf.csv"), ("--overwrite",), lambda done: bool(done.asked), True
         ),
@@ -368,12 +357,8 @@ def material(tmp_path_factory):
     (folder / "study.toml").write_text(
         "[study]\npacking_fraction = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
     )
-    scene = carom.Scene.random(
-        species=[carom.Species(count=12), carom.Species(count=12)], box=(6.0, 6.0, 6.0), seed=1
-    )
-    with io.open(folder / "two.extxyz", "w") as writer:
-        for time in (0.0, 1.0):
-            writer.write(at_rest(scene, time))
+    scene = mixture([12, 12], box=(6.0, 6.0, 6.0), seed=1)
+    write(folder / "two.extxyz", [at_rest(scene, time) for time in (0.0, 1.0)])
     assert type_in(folder, "run", *RUN, "--out", "finished").code == 0
     (folder / "begun").mkdir()
     shutil.copy(folder / "finished" / "scene.toml", folder / "begun")
@@ -416,10 +401,12 @@ def type_in(folder, command, *arguments, asked=None):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
             patch.delitem(sys.modules, name)  # one source runs once in a process
         if asked is not None:
-            importlib.import_module("carom.studies.saved")  # whose docstrings are those of Study.run
+            importlib.import_module("carom.studies.at_path")  # whose docstrings are those of Study.run
 
             def plan(target, **settings):
                 asked.update(target=target, **settings)
+                if (out := settings["out"]) is not None:
+                    PLAN.save(out)
                 return PLAN
 
             def simulate(plan, out, **settings):
@@ -751,8 +738,8 @@ def test_other_words_lead_to_options_and_commands_that_there_are():
     in_python = {*signature(carom.Scene.random).parameters, *ELSEWHERE, *SceneSpec.gone, *NOWHERE}
     for same in SAME:
         assert {f"--{one.replace('_', '-')}" for one in same} & known or in_python & {*same}
-    assert {each.split()[0] for each in meant.COMMANDS.values()} <= COMMANDS.keys()
-    assert not meant.COMMANDS.keys() & COMMANDS.keys()
+    assert {each.split()[0] for each in suggestions.COMMANDS.values()} <= COMMANDS.keys()
+    assert not suggestions.COMMANDS.keys() & COMMANDS.keys()
 
 
 def test_the_help_has_four_groups_and_short_texts_without_semicolons():

@@ -313,7 +313,7 @@ SHORT = ["--eta", "0.3", "--n", "256", "--replicas", "1", "--engine", "serial", 
 
 TASKS = {
     "eos": [*SHORT, "--collisions-per-particle", "20000"],
-    "transport": [*SHORT, "--collisions-per-particle", "20000"],
+    "transport": ["--eta", "0.2", *SHORT[2:], "--collisions-per-particle", "20000"],
     "shear": [*SHORT, "--rate", "1", "--strains", "1500"],
     "code": ["24", "--tries", "1", "--engine", "serial"],
 }

@@ -8,12 +8,13 @@ import signal
 import filelock
 import numpy as np
 import pytest
+from helpers import full_run
 from helpers.commands import assert_same_run, began, carom as command, refused, summary, whole_run
 
 import carom
 from carom import io
 from carom.scene_file.scene_file import SceneFile
-from carom.studies.lock import LOCK
+from carom.studies.result_folders import LOCK
 
 
 @pytest.fixture(scope="module")
@@ -38,29 +39,13 @@ def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
 @pytest.fixture
 def stopped(reference, tmp_path):
     """Return the folder of a run that was stopped in the middle, without a process to wait for."""
-    scene, _ = reference
-    out = tmp_path / "stopped"
-
-    def impatient(fraction, stage):
-        if stage == "Measuring" and fraction > 0.4:
-            os.kill(os.getpid(), signal.SIGINT)
-
-    with pytest.raises(carom.Interrupted, match="carom resume"):
-        carom.run(SceneFile.load(scene), out, progress=impatient)
-    return out
+    return full_run.stopped(SceneFile.load(reference[0]), tmp_path / "stopped", after=0.4)
 
 
 @pytest.mark.parametrize("stage", ["Equilibrating", "Measuring", "Computing g(r)"])
 def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
     scene, whole = reference
-    out, later = tmp_path / "run", []
-
-    def impatient(fraction, now):
-        if now == stage and fraction > 0.3:
-            os.kill(os.getpid(), signal.SIGINT)
-
-    with pytest.raises(carom.Interrupted, match=r"carom resume .* goes on"):
-        carom.run(SceneFile.load(scene), out, progress=impatient)
+    out, later = full_run.stopped(SceneFile.load(scene), tmp_path / "run", stage, 0.3), []
     assert not (out / "summary.json").exists()
     before = began(out)
     carom.resume(out, progress=lambda fraction, now: later.append(now))

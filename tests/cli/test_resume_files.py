@@ -12,7 +12,7 @@ from carom import io
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
-from carom.models.obstacles.balls import Ball
+from carom.models import Ball
 from carom.scene_file.scene_file import SceneFile, SceneSpec
 from carom.simulation.simulation import Simulation
 from carom.studies import phase as phases
@@ -144,10 +144,7 @@ def test_where_the_event_log_is_damaged_nothing_is_touched(out, harm):
     harm(out / "events.h5")
     # Nor is a trajectory that could be made anew.
     remove(out / "trajectory.extxyz")
-    before = content(out)
-    with pytest.raises(FileError, match=r"events\.h5"):
-        carom.resume(out)
-    assert content(out) == before
+    assert "events.h5" in refused("resume", ".", cwd=out)
 
 
 def test_every_bit_of_the_logged_events_is_verified(out):
@@ -174,10 +171,10 @@ def test_a_checkpoint_without_a_log_takes_none(out, tmp_path):
 
 
 EDITS = [
-    ("frames = 16", "frames = 32", r"\[run\] frames was 16 and is 32 now"),
+    ("frames = 16", "frames = 32", "[run] frames was 16 and is 32 now"),
     ("collisions_per_particle = 1000.0", "collisions_per_particle = 2000.0", "collisions_per_particle"),
-    ("count = 20", "count = 21", r"\[scene\] species"),
-    ("event_log = true", "event_log = false", r"\[run\] event_log was true and is false"),
+    ("count = 20", "count = 21", "[scene] species"),
+    ("event_log = true", "event_log = false", "[run] event_log was true and is false"),
     ("[run]", "[run]\nframse = 3", "framse is no known key"),
     ("[run]", "[run", "no valid TOML"),
 ]
@@ -188,11 +185,9 @@ def test_an_edited_scene_file_is_refused_with_what_differs(out, old, new, says):
     scene = out / "scene.toml"
     assert old in scene.read_text()
     scene.write_text(scene.read_text().replace(old, new, 1))
-    before = content(out)
-    with pytest.raises(FileError, match=says) as refusal:
-        carom.resume(out)
-    assert "remove the file" in str(refusal.value)
-    assert content(out) == before
+    said = refused("resume", ".", cwd=out)
+    assert says in said
+    assert "remove the file" in said
 
 
 def test_a_scene_file_that_was_removed_is_written_anew_and_comments_are_no_edit(whole, out):
@@ -217,10 +212,10 @@ def test_frames_and_events_without_a_checkpoint_are_kept(out):
     scene.write_text(scene.read_text().replace("seed = 3", "seed = 2"))
     kept = ["trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "events.h5"]
     for name in kept:  # each of them is enough
-        before = content(out)
-        with pytest.raises(FileError, match=rf"frames or events \({name}.*no checkpoint.*--overwrite"):
-            carom.resume(out)
-        assert content(out) == before
+        said = refused("resume", ".", cwd=out)
+        assert f"frames or events ({name}" in said
+        assert "no checkpoint" in said
+        assert "--overwrite" in said
         (out / name).unlink()
 
 

@@ -10,8 +10,7 @@ import carom
 from carom import Scene, io, theory
 from carom.cli.results import show
 from carom.errors import FileError, InputError
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
+from carom.models import Gravity, Loss
 from carom.observables import RDF
 from carom.observables.rdf import PartialRDF, species_of
 from carom.pictures import plots
@@ -138,11 +137,9 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
 
 def scene_of(diameters, **more):
     return Scene(
-        Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.01).positions[: len(diameters)],
-        20.0,
-        diameter=diameters,
-        **more,
-    )
+        Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.01).positions[: len(diameters)], 20.0,
+        diameter=diameters, **more,
+    )  # fmt: skip
 
 
 def test_sizes_without_names_are_species_and_many_sizes_are_none():
@@ -156,7 +153,7 @@ def test_sizes_without_names_are_species_and_many_sizes_are_none():
 
 
 def names_of(scene):
-    return [row["name"].partition(",")[0] for row in _mixture_theory(scene)]
+    return [row.name.partition(",")[0] for row in _mixture_theory(scene)]
 
 
 def test_theory_is_that_of_elastic_mixtures_that_fly_freely():

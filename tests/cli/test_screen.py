@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import typer
 from helpers.frames import crystal, frame_of
-from helpers.screens import printed, summary
+from helpers.screens import found, printed
 from rich.console import Console
 from rich.progress import Progress, TaskProgressColumn
 from typer.testing import CliRunner
@@ -27,16 +27,17 @@ from carom.figures.style import shade
 from carom.notebook import advance
 from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
-from carom.studies.coefficients.study import Row
+from carom.studies import Outcome
 from carom.studies.eos import table as eos
 from carom.studies.eos.study import composition
-from carom.studies.planner.outcome import Outcome
 from carom.studies.report import STYLE
+from carom.studies.runs.summary import Theory
+from carom.studies.transport.study import Row
 from carom.table import Table, of_texts
 
 
 def test_all_pressures_of_a_table_have_one_unit_which_is_named():
-    text = " ".join(printed(results._physics(summary())).split())
+    text = " ".join(printed(results._physics(found())).split())
     assert "P σ²/kT 3.000 ± 0.010" in text
     # 8 energy / length^2, times 1.5^2 / 2.
     assert "P σ²/kT on x_low 9.00 ± 0.09" in text
@@ -45,10 +46,10 @@ def test_all_pressures_of_a_table_have_one_unit_which_is_named():
 
 
 def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_printed():
-    text = " ".join(printed(results._physics(summary())).split())
+    text = " ".join(printed(results._physics(found())).split())
     for said in ("whole box", "Z counts collisions of pairs alone", "area of the surface itself"):
         assert said in text
-    assert "whole box" not in printed(results._physics(summary(obstacles=[])))
+    assert "whole box" not in printed(results._physics(found(obstacles=[])))
 
 
 @pytest.mark.parametrize(
@@ -73,7 +74,7 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
 )
 def test_one_line_says_whether_a_run_is_sound(changes, line):
     sound = {"energy_drift": -2e-15, "worst_overlap": 4e-16, "remarks": [], "Z": {"mean": 3.9, "error": 0.1}}
-    assert results._health(summary(**{**sound, **changes})) == line
+    assert results._health(found(**{**sound, **changes})) == line
 
 
 @pytest.mark.parametrize(
@@ -81,8 +82,8 @@ def test_one_line_says_whether_a_run_is_sound(changes, line):
     [(9.9, 1.0, "3.800"), (10.0, 1.0, "3.800 (+1.0)"), (50.0, 2.0, "3.800 (+0.5)")],
 )
 def test_theory_is_compared_from_ten_samples_on_with_the_error_of_both(samples, errors, shown):
-    measured = {"mean": 3.9, "error": 0.1, "n_eff": samples}
-    assert results._beside({"Z": 3.8, "errors": errors}, "Z", measured, 2) == shown
+    measured = Estimate(3.9, 0.1, samples, math.nan, 0)
+    assert results._beside(measured, 3.8, Theory("", 3.8, 3.8, None, errors)) == shown
 
 
 @pytest.mark.parametrize("width", [30, 60])
@@ -92,7 +93,7 @@ def test_a_table_wider_than_the_terminal_is_split_and_loses_nothing(width):
          "Z_infinite": None, "contact_value": None}
         for k in (1, 2)
     ]  # fmt: skip
-    table = results._physics(summary(theory=theory))
+    table = results._physics(found(theory=theory))
     shown, wide = printed(table, width, terminal=True), printed(table)
     assert max(map(len, shown.splitlines())) <= width
     assert "…" not in shown
@@ -131,7 +132,9 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     @friendly
     def command():
         time.sleep(0.2)
-        with study.watched("the first runs"):
+        with study.watched("the first runs") as (told, _):
+            time.sleep(0.2)
+            told(0.25, "1 of 4 runs")
             time.sleep(0.2)
         time.sleep(0.2)
 
@@ -140,6 +143,7 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     assert [word for word, before in zip(said, [None, *said], strict=False) if word != before] == [
         "Starting",
         "Compiling if need be, and the first runs",
+        "1 of 4 runs, 25 %",
         "Finishing",
     ]
     time.sleep(0.15)
@@ -295,7 +299,7 @@ def test_a_bed_prints_a_dozen_of_its_layers_from_the_floor_to_where_the_particle
     layers = [
         {"low": float(k), "high": k + 1.0, "members": members, "kT": known} for k, members in enumerate(held)
     ]
-    table = results._bed(summary(layers=layers, weight=1.0))
+    table = results._bed(found(layers=layers, weight=1.0))
     assert len(table) == count <= results.MOST_LAYERS
     assert f"{count} of {len(held)}" in table.title
     assert not table or printed(table).splitlines()[4].startswith("0 to ")

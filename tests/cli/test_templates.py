@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -13,7 +14,9 @@ from typer.testing import CliRunner
 
 from carom import cli
 from carom.cli import templates
-from carom.declared import fields_of
+from carom.declared import Declared, fields_of, schema_of
+from carom.errors import InputError
+from carom.models.declared_values import Value
 from carom.scene_file.sections import SceneSpec
 
 SMALL_RUN = ("--n", "30", "--equilibration", "1", "--frames", "2", "--no-pictures")
@@ -85,33 +88,22 @@ def test_the_schema_accepts_a_template_also_with_every_line_switched_on_alone(na
 @pytest.mark.parametrize(
     "text",
     [
-        "[scen]",
-        "[scene]\nnn = 3",
-        "[scene]\nn = 0",
-        "[scene]\nn = 'three'",
-        "[scene]\nlattice = 'fc'",
-        "[scene]\npacking_fraction = 1.5",
-        "[scene]\nspecies.a = { color = 1 }",
+        "[scen]", "[scene]\nnn = 3", "[scene]\nn = 0", "[scene]\nn = 'three'", "[scene]\nlattice = 'fc'",
+        "[scene]\npacking_fraction = 1.5", "[scene]\nspecies.a = { color = 1 }",
         "[scene]\nobstacles.a = { radius = 1.0 }",
         "[scene]\nobstacles.a = { type = 'ball', radius = -1.0, center = [0, 0] }",
         "[scene]\nobstacles.a = { type = 'ball', radius = 1.0, center = [0, 0], impact = { power = 9.0 } }",
-        "[scene]\nwalls.x_low = { kT = -1.0 }",
-        "[scene]\nwalls.x_low = { shake = { amplitude = 1.0 } }",
+        "[scene]\nwalls.x_low = { kT = -1.0 }", "[scene]\nwalls.x_low = { shake = { amplitude = 1.0 } }",
         "[scene]\ninteraction = { type = 'square-well', range = 0.5 }",
         "[scene]\ninteraction = { type = 'bonds', outer = 1.1 }",
         "[scene]\ninteraction = { type = 'steps', distances = [1.0] }",
         "[scene]\nmotion = { type = 'gravity' }",
         "[scene]\ndrive = { type = 'andersen', kT = 1.0, rate = -1.0 }",
-        "[scene]\nimpact = { restitution = 2.0 }",
-        "[scene]\nimpact = 0",
-        "[run]\nwrite = ['pdb']",
-        "[run]\nevent_log = 1",
-        "[study]\nn = []",
-        "[transport]\nblocks = 1",
-        "[pack]\ncollisions = 0",
+        "[scene]\nimpact = { restitution = 2.0 }", "[scene]\nimpact = 0", "[run]\nwrite = ['pdb']",
+        "[run]\nevent_log = 1", "[study]\nn = []", "[transport]\nblocks = 1", "[pack]\ncollisions = 0",
         "[plan]\ntarget = 1",
     ],
-)
+)  # fmt: skip
 def test_the_schema_refuses_what_carom_refuses(text):
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(tomllib.loads(text), templates.schema())
@@ -170,3 +162,35 @@ def test_the_page_of_the_command_line_has_the_keys_of_every_section():
     assert "| `packing_fraction` | Fraction of the volume that particles fill |  |" in templates.table(
         "scene"
     )
+
+
+def kinds_of(base):
+    """Return all kinds of Carom that are declared below a base."""
+    below = {kind for each in base.__subclasses__() for kind in (each, *kinds_of(each))}
+    return {kind for kind in below if kind.__module__.startswith("carom.")}
+
+
+def at_limits(schema):
+    """Yield what is at a limit that a schema names, or just beyond it, and whether it is accepted."""
+    for word, way in (("minimum", -1), ("maximum", 1), ("minLength", -1), ("maxLength", 1)):
+        if word in schema:
+            limit = schema[word]
+            whole = schema["type"] != "number"
+            beyond = limit + way if whole else math.nextafter(limit, way * math.inf)
+            for value, right in ((limit, True), (beyond, False)):
+                yield value * "a" if schema["type"] == "string" else value, right
+    if "exclusiveMinimum" in schema:
+        yield schema["exclusiveMinimum"], False
+
+
+def test_what_the_schema_says_at_its_limits_is_what_carom_does():
+    templates.schema()  # with it all kinds are there
+    tried = set()
+    for kind in kinds_of(Declared) | kinds_of(Value):
+        for name, field in fields_of(kind).items():
+            schema = schema_of(field.check)
+            for value, right in at_limits(schema.get("anyOf", [schema])[0]):
+                with contextlib.nullcontext() if right else pytest.raises(InputError):
+                    field.check(value, f"{name} of {kind.__name__}")
+                tried.add((kind, name))
+    assert len(tried) > 150

@@ -8,7 +8,7 @@ import carom
 from carom.compiling import machine
 from carom.compiling.entry import Translated
 from carom.engine import cycle
-from carom.models import Gravity
+from carom.models import Arc, Ball, Gravity, Sine
 from carom.observables import FreeFlights
 from carom.simulation import run_loop
 
@@ -23,9 +23,8 @@ def translated(engine):
     return texts
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("name", checkpoints.SCENES)
-def test_a_kind_of_scene_is_in_the_language(name):
+def test_a_kind_of_scene_is_in_the_language(unscheduled, name):
     scene, settings = checkpoints.SCENES[name]()
     with carom.Simulation(scene, seed=1, **settings) as sim:
         translated(sim._state.engine)
@@ -40,9 +39,8 @@ ELSEWHERE = {
 """Triples of machines that the tests do not run on, and how their files of machine code begin."""
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("triple", ELSEWHERE)
-def test_machine_code_is_made_for_other_processors_and_systems(triple, monkeypatch):
+def test_machine_code_is_made_for_other_processors_and_systems(unscheduled, triple, monkeypatch):
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     target = llvm.Target.from_triple(triple).create_target_machine(
@@ -78,3 +76,19 @@ def test_an_observable_of_events_is_in_the_language(name, monkeypatch):
     monkeypatch.setattr(run_loop, "advance", stop)
     with pytest.raises(InterruptedError):
         sim.measure(observable, time=1.0)  # without a pilot, which nobody observes
+
+
+@pytest.mark.parametrize(
+    ("kind", "how"), [(Arc, {}), (Ball, {"shake": Sine(0.2, period=1.0), "direction": (1.0, 0.0)})]
+)
+def test_further_obstacles_of_one_kind_add_next_to_nothing_to_the_text(unscheduled, kind, how):
+    # Arcs added three fifths each, where their nine images in the plane were written out, and balls a tenth:
+    # twelve took ten seconds. What remains are longer numbers of words.
+    sizes = []
+    for count in (1, 12):
+        given = [kind((2.0 + 3.0 * (k % 4), 2.0 + 3.0 * (k // 4)), 1.0, **how) for k in range(count)]
+        scene = carom.Scene(
+            [[2.0, 0.2]], (13.0, 10.0), diameter=0.2, velocities=[[1.0, 0.3]], obstacles=given
+        )
+        sizes.append(sum(map(len, translated(carom.Simulation(scene, seed=1)._state.engine))))
+    assert sizes[1] < 1.1 * sizes[0]

@@ -15,8 +15,7 @@ import carom
 from carom.compiling import machine, source, stored
 from carom.compiling.entry import Translated, entry
 from carom.engine import cycle
-from carom.models.interactions.wells import SquareWell
-from carom.models.motions.gravity import Gravity
+from carom.models import Gravity, SquareWell
 
 PACKAGE = Path(carom.__file__).parent
 
@@ -106,9 +105,8 @@ def imported(module):
     return {alias.asname or alias.name: node.module for node in found for alias in node.names}
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("name", SCENES)
-def test_all_that_is_compiled_lies_where_the_sources_count(name, monkeypatch):
+def test_all_that_is_compiled_lies_where_the_sources_count(unscheduled, name, monkeypatch):
     monkeypatch.setattr(source, "_plans", {})
     Translated(cycle.run.__wrapped__, (*engine_of(name), 0, 0.0, 1, 1), "run")
     functions = [each for each in source._plans if each.__module__.startswith("carom.")]
@@ -122,9 +120,8 @@ def test_all_that_is_compiled_lies_where_the_sources_count(name, monkeypatch):
 
 
 @pytest.mark.needs("an x86-64 processor")
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("name", ["fluid", "disks"])
-def test_the_search_for_a_partner_is_vectorized(name):
+def test_the_search_for_a_partner_is_vectorized(unscheduled, name):
     def search(model, state, neighbors, i, now):
         return neighbors.earliest_partner(model, state, i, now, 0, cycle.NO_REF)
 

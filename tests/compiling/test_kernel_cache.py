@@ -3,43 +3,37 @@
 import contextlib
 import errno
 import importlib
-import linecache
 import os
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
-from helpers.scripts import python
+from helpers.scripts import python, run_cell
 
 from carom.compiling import machine, stored
 from carom.compiling.entry import entry
-from carom.models.questions.obstacle import encounter
 
 pytestmark = pytest.mark.needs("compiled code")
 
 MODEL = """
-from typing import NamedTuple
-
 import gravity
 import units.scales
-from carom.models.questions.obstacle import encounter
+from carom.models.interfaces.obstacle import ObstacleModel
 from heights import HEIGHT
 
-class Floor(NamedTuple):
+class Floor(ObstacleModel):
     x: float
     LIMIT = 1
 
     def by(self, by):
         return 2.0 * by - units.scales.Kind.HARD
 
-@encounter.register
-def _(obstacle: Floor, x, v, radius, growth):
-    more = obstacle.by(obstacle.LIMIT) * units.scales.LENGTH - 1.0
-    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT + more
+    def encounter(self, x, v, radius, growth):
+        more = self.by(self.LIMIT) * units.scales.LENGTH - 1.0
+        return 1.0 * self.x + gravity.fall(x) + HEIGHT + more
 """
 GRAVITY = """
 import numpy
@@ -60,14 +54,13 @@ HEIGHT = "HEIGHT = float(open('height.txt').read())\n"
 PROBE = """
 from carom.compiling import machine
 from carom.compiling.entry import entry
-from carom.models.questions.obstacle import encounter
 
 said, compile_ = [], machine.machine_code
 machine.machine_code = lambda text: said.append(text) or compile_(text)
 
 @entry
 def probe(obstacle, x):
-    return encounter(obstacle, x, 0.0, 0.0, 0.0)
+    return obstacle.encounter(x, 0.0, 0.0, 0.0)
 
 def show(obstacle):
     said.clear()
@@ -113,7 +106,7 @@ def files(folder):
 
 def test_an_edit_to_a_model_or_to_what_it_uses_is_seen_by_the_next_process(folder):
     assert run(folder) == "compiled 3"
-    edit(folder / "floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x")
+    edit(folder / "floor_model.py", "1.0 * self.x", "2.0 * self.x")
     assert run(folder) == "compiled 5"
     edit(folder / "strength.py", "1.0 * x", "3.0 * x")  # which the model's helper calls
     assert run(folder) == "compiled 7"
@@ -300,15 +293,12 @@ def importing(folder, monkeypatch):
 
 @pytest.fixture
 def digest(importing):
-    """Return a function that gives the digest of what a floor is made of, or None."""
+    """Return a function that gives the digest of a floor, or None where what is called was not followed."""
 
     def of_floor():
-        walk = stored.Walk()
-        try:
-            walk.visit_classes([importing("floor_model").Floor])
-        except stored.Unknown:
-            return None
-        return walk.found.hexdigest()
+        walk, floor = stored.Walk(), importing("floor_model").Floor
+        walk.visit_classes([floor])
+        return walk.found.hexdigest() if floor.encounter in walk.functions else None
 
     return of_floor
 
@@ -316,7 +306,7 @@ def digest(importing):
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [
-        ("floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x"),  # the model
+        ("floor_model.py", "1.0 * self.x", "2.0 * self.x"),  # the model
         ("floor_model.py", "x: float\n", "x: float = 1.0\n"),  # a default
         ("gravity.py", "TENTH * pull(x)", "TENTH + pull(x)"),  # a function that it calls
         ("gravity.py", "@fast", "@approximate"),  # how that is compiled
@@ -390,26 +380,22 @@ def test_a_plain_scene_imports_nobodys_model(folder):
 
 
 def _climb(steps, x):
-    return encounter(steps[0], x, 0.0, 0.0, 0.0)
+    return steps[0].encounter(x, 0.0, 0.0, 0.0)
 
 
 CELL = """
+from typing import NamedTuple
+from carom.models.interfaces.obstacle import ObstacleModel
+
 class Part(NamedTuple):
     size: float
 
-class Step(NamedTuple):
+class Step(ObstacleModel):
     part: Part
 
-@encounter.register
-def _(obstacle: Step, x, v, radius, growth):
-    return HEIGHT * obstacle.part.size
+    def encounter(self, x, v, radius, growth):
+        return HEIGHT * self.part.size
 """
-
-
-def cell_of(text, name, scope):
-    """Run the text of a cell as a notebook does."""
-    linecache.cache[name] = len(text), None, text.splitlines(keepends=True), name
-    exec(compile(text, name, "exec"), scope)
 
 
 @pytest.mark.parametrize("nested", [False, True])
@@ -417,8 +403,8 @@ def test_classes_of_one_name_have_code_of_their_own(nested):
     # As a notebook cell that is edited and run again: the fields and the names of the classes are the same.
     climb, steps = entry(_climb), []
     for height in (1.0, 2.0, 3.0):
-        cell = {"NamedTuple": NamedTuple, "encounter": encounter, "HEIGHT": height, "__name__": "cell"}
-        cell_of(CELL, f"<cell of height {height}>", cell)
+        cell = {"HEIGHT": height, "__name__": "cell"}
+        run_cell(CELL, f"<cell of height {height}>", cell)
         step = cell["Step"](cell["Part"](5.0))
         steps.append(((step,),) if nested else (step,))
     climbs = [climb(step[0] if nested else step, 0.0) for step in (*steps, *steps[::-1])]
@@ -429,35 +415,10 @@ def test_a_module_that_is_loaded_again_has_code_of_its_own(folder, importing):
     climb, floor = entry(_climb), importing("floor_model")
     before = floor.Floor(2.0)
     assert climb((before,), 10.0) == 3.0
-    edit(folder / "floor_model.py", "1.0 * obstacle.x", "5.0 * obstacle.x")
+    edit(folder / "floor_model.py", "1.0 * self.x", "5.0 * self.x")
     importlib.invalidate_caches()
     after = importlib.reload(floor).Floor(2.0)
     assert [climb((each,), 10.0) for each in (after, before)] == [11.0, 3.0]
-
-
-def test_a_function_that_is_compiled_cannot_be_replaced():
-    # As in a notebook, where the cell of the function is run again, and that of the class is not.
-    class Step(NamedTuple):
-        x: float
-
-    @encounter.register
-    def _(obstacle: Step, x, v, radius, growth):
-        return 1.0 * obstacle.x
-
-    @encounter.register
-    def _(obstacle: Step, x, v, radius, growth):  # nobody has asked yet
-        return 2.0 * obstacle.x
-
-    assert entry(_climb)((Step(3.0),), 0.0) == 6.0
-    with pytest.raises(RuntimeError, match=r"encounter is compiled for Step: .* Define Step anew"):
-
-        @encounter.register
-        def _(obstacle: Step, x, v, radius, growth):
-            return 4.0 * obstacle.x
-
-    with pytest.raises(RuntimeError, match="encounter is compiled for Step"):
-        encounter.register(Step)(lambda *args: 5.0)
-    assert encounter(Step(3.0), 0.0, 0.0, 0.0, 0.0) == 6.0
 
 
 GOES_ON = """

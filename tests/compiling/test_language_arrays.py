@@ -95,12 +95,9 @@ def of_other_types(values, table, k, x):
     single = np.array((x, 0.1), dtype=np.float32)
     flags = np.array((x > 0.0, True))
     return (
-        int(small[k % 3]) + 1,
-        int(bytes_[0]) + 100,
-        float(single[0]),
-        float(single[1]),
+        int(small[k % 3]) + 1, int(bytes_[0]) + 100, float(single[0]), float(single[1]),
         flags[0] and flags[1],
-    )
+    )  # fmt: skip
 
 
 def chosen(values, table, k, x):
@@ -115,16 +112,7 @@ def chosen(values, table, k, x):
     return row[0]
 
 
-OF_ARRAYS = (
-    elements,
-    parts,
-    parts_of_rows,
-    in_place,
-    made_here,
-    copies,
-    of_other_types,
-    chosen,
-)
+OF_ARRAYS = (elements, parts, parts_of_rows, in_place, made_here, copies, of_other_types, chosen)
 
 
 @pytest.mark.parametrize("function", OF_ARRAYS, ids=lambda each: each.__name__)
@@ -279,14 +267,9 @@ def test_functions_that_python_or_numpy_compute_themselves(x, y):
     def near(x, y):
         ours = math.hypot(x, y), math.gamma(x), math.lgamma(x), np.exp(x), np.log(y), np.sin(x), np.cos(y)
         return (
-            *ours,
-            np.arctan2(x, y),
-            np.arcsin(x / 9.0),
-            np.tanh(y),
-            np.power(x, y),
-            np.expm1(x),
+            *ours, np.arctan2(x, y), np.arcsin(x / 9.0), np.tanh(y), np.power(x, y), np.expm1(x),
             np.hypot(x, y),
-        )
+        )  # fmt: skip
 
     # Each has an error of a few units in the last place of its own; lgamma has roots at 1 and 2.
     for found, expected in zip(compiled(near)(x, y), near(x, y), strict=True):
@@ -296,13 +279,9 @@ def test_functions_that_python_or_numpy_compute_themselves(x, y):
 def test_outside_of_its_domain_a_function_is_nan_or_infinite_as_in_numpy():
     def outside(x):
         return (
-            math.sqrt(x),
-            math.log(x),
-            math.asin(2.0 - x),
-            math.log(x + 1.0),
-            1.0 / (x + 1.0),
+            math.sqrt(x), math.log(x), math.asin(2.0 - x), math.log(x + 1.0), 1.0 / (x + 1.0),
             math.exp(999.0 - x),
-        )
+        )  # fmt: skip
 
     nan, inf = math.nan, math.inf
     assert bits(compiled(outside)(-1.0)) == bits((nan, nan, nan, -inf, inf, inf))

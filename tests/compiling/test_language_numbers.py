@@ -228,15 +228,9 @@ def test_integers_without_a_sign(a, b):
     def unsigned(a, b):
         x, y = np.uint64(a), np.uint64(b)
         return (
-            int(x // y),
-            int(x % y),
-            x < y,
-            int(x >> np.uint64(3)),
-            int(x + y),
-            int(x * y),
-            float(x),
+            int(x // y), int(x % y), x < y, int(x >> np.uint64(3)), int(x + y), int(x * y), float(x),
             int(x ^ y),
-        )
+        )  # fmt: skip
 
     x, y = a % 2**64, b % 2**64
     expected = x // y if y else 0, x % y if y else 0, x < y, x >> 3, x + y, x * y, float(x), x ^ y

@@ -61,14 +61,9 @@ def spoken(x):
 def asked(a, x):
     flags = larger(a, 3), larger(x, a), opposite(a > 0), opposite(larger(2, a))
     return (
-        doubled(a),
-        doubled(x),
-        chosen(a > 0, a, x),
-        chosen(True, 1, 2.5),
-        flags,
-        four(),
+        doubled(a), doubled(x), chosen(a > 0, a, x), chosen(True, 1, 2.5), flags, four(),
         float(halved(np.float32(x))),
-    )
+    )  # fmt: skip
 
 
 @given(SMALL, FINITE)

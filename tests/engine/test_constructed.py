@@ -4,7 +4,6 @@ import pytest
 from helpers import constructed
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("case", constructed.CASES)
-def test_rare_moments_of_the_main_cycle(case):
+def test_rare_moments_of_the_main_cycle(plain, case):
     assert constructed.CASES[case]() > 0

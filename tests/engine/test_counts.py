@@ -8,8 +8,7 @@ from helpers import oracle_scenes
 from helpers.marks import slow
 
 import carom
-from carom.models import Ball
-from carom.models.contacts.restitution import Restitution
+from carom.models import Ball, Restitution
 from carom.models.obstacles.named_walls import axes_without
 from carom.simulation.measuring import stretches
 
@@ -24,8 +23,7 @@ def test_two_rods_on_a_ring_schedule_each_other_again_at_once_only_if_they_see_a
     assert sim.statistics.third_party_first == 10 * each
 
 
-@pytest.mark.usefixtures("plain")
-def test_hits_of_walls_are_no_advancements():
+def test_hits_of_walls_are_no_advancements(plain):
     scene = carom.Scene([[1.0, 2.0]], (5.0, 6.0), velocities=[[1.0, 0.7]], walls=True)
     sim = carom.Simulation(scene, seed=0)
     sim.run(time=50.0)

@@ -43,10 +43,9 @@ def test_collisions_come_in_the_oracle_s_order(case, tmp_path):
     follow(case, tmp_path, neighbors="sectors")
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("shell", [None, 1.2])
 @pytest.mark.parametrize("case", [(1, 12, 0.3), (2, 32, 0.3), (2, 64, 0.65), (3, 64, 0.45)], ids=str)
-def test_lists_give_the_oracle_s_order(case, shell, tmp_path):
+def test_lists_give_the_oracle_s_order(plain, case, shell, tmp_path):
     follow(case, tmp_path, neighbors="lists", shell=shell)
 
 
@@ -76,7 +75,6 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
     assert_equal_to_oracle(scene, 8, tmp_path, at_least=4, tuning=carom.Tuning(neighbors="sectors"))
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("n", "box"),
     [
@@ -90,7 +88,7 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
         (2, (2.0000001,)),
     ],
 )
-def test_few_spheres_in_small_boxes_with_different_edges(n, box, tmp_path):
+def test_few_spheres_in_small_boxes_with_different_edges(plain, n, box, tmp_path):
     scene = moving(carom.Scene.random(n, box=box, seed=4), seed=5)
     assert_equal_to_oracle(scene, PER_PARTICLE * n // 2 + 2, tmp_path, at_least=n)
 
@@ -102,8 +100,7 @@ def test_five_and_six_dimensions(dimension, n, tmp_path):
     assert_equal_to_oracle(scene, 3 * n // 2, tmp_path)
 
 
-@pytest.mark.usefixtures("plain")
-def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
+def test_two_spheres_collide_under_two_images_at_one_time(plain, tmp_path):
     # 5 = |(3, 4)|: sphere 1 is met above and below at once, and the first impulse drives it into the other.
     velocities = [[1.0, 0.0], [-1.0, 0.0]]
     scene = carom.Scene([[1.0, 1.0], [12.0, 5.0]], (32.0, 8.0), diameter=5.0, velocities=velocities)
@@ -112,10 +109,3 @@ def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
     assert times[0] == times[1] == 4.0
     np.testing.assert_allclose(times, right, rtol=1e-9)  # 4 free flights of up to 5 diameters
     assert sim.statistics.worst_overlap < 1e-14
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize(("diameter", "mass"), [(0.3, 3.0), (7.0, 0.125)])
-def test_diameter_and_mass_are_in_the_right_places(diameter, mass, tmp_path):
-    scene = carom.Scene.random(20, 0.4, 2, diameter=diameter, mass=mass, seed=7)
-    assert_equal_to_oracle(moving(scene, 8), 100, tmp_path)

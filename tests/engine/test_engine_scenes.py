@@ -19,9 +19,7 @@ from helpers.scripts import python
 
 import carom
 from carom.io.events import read_events
-from carom.models import Ball, Plane
-from carom.models.contacts.restitution import Restitution
-from carom.models.motions.gravity import Gravity
+from carom.models import Ball, Gravity, Plane, Restitution
 from carom.simulation.measuring import stretches
 
 
@@ -32,9 +30,8 @@ def suits(name, scheme):
     return dimension <= 2 or (dimension == 3 and quick)
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("kind", [make.__name__ for make in oracle_scenes.KINDS])
-def test_events_come_in_the_oracle_s_order(kind):
+def test_events_come_in_the_oracle_s_order(plain, kind):
     names = [
         f"{name}-{scheme}"
         for name in CASES
@@ -180,8 +177,7 @@ def test_sizes_from_one_to_twenty_keep_their_cores():
     assert sim.statistics.worst_overlap < 1e-12
 
 
-@pytest.mark.usefixtures("plain")
-def test_masses_from_one_to_a_million_keep_energy_and_momentum():
+def test_masses_from_one_to_a_million_keep_energy_and_momentum(plain):
     sim = carom.Simulation(
         binary(100, 2, 0.4, mass=[1e6, 1.0]), tuning=carom.Tuning(neighbors="lists"), seed=0
     )
@@ -191,21 +187,7 @@ def test_masses_from_one_to_a_million_keep_energy_and_momentum():
     assert sim.statistics.worst_overlap < 1e-12
 
 
-@pytest.mark.usefixtures("plain")
-def test_sums_by_species_add_up_to_the_whole_and_limits_of_a_run_hold_for_mixtures():
-    sim = carom.Simulation(
-        binary(60, 2, 0.4, mass=[2.0, 0.5]), tuning=carom.Tuning(neighbors="lists"), seed=0
-    )
-    assert sim.run(time=0.3).duration == 0.3
-    assert sim.run(collisions=17, time=100.0).collisions == 17
-    assert sim.run(time=1.0, collisions=10**9).duration == 1.0
-    counts = sim.collisions_by_species
-    assert (counts == counts.T).all()
-    assert np.triu(counts).sum() == sim.collisions > 100
-
-
-@pytest.mark.usefixtures("plain")
-def test_the_event_log_numbers_walls_and_obstacles_from_n_on(tmp_path):
+def test_the_event_log_numbers_walls_and_obstacles_from_n_on(plain, tmp_path):
     # The kernel keeps obstacles by kind: two balls apart in the scene are neighbors there.
     scene, path = oracle_scenes.flask(2).scene, tmp_path / "events.h5"
     with carom.Simulation(scene, event_log=path, tuning=carom.Tuning(neighbors="sectors")) as sim:
@@ -221,8 +203,7 @@ def test_the_event_log_numbers_walls_and_obstacles_from_n_on(tmp_path):
     assert names == ["x_low", "x_high", "y_low", "y_high", "ball", "sphere", "second", "floor"]
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_the_default_threshold_follows_the_thermal_speed():
+def test_the_default_threshold_follows_the_thermal_speed(unscheduled):
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).replace(impact=0.7)
 
     def threshold(scene, kT=None, rescale=None, **settings):
@@ -240,8 +221,7 @@ def test_the_default_threshold_follows_the_thermal_speed():
     assert threshold(still.replace(motion=Gravity((0.0, 0.0, -4.0)))) == 2e-3
 
 
-@pytest.mark.usefixtures("plain")
-def test_no_collapse_at_a_restitution_of_a_tenth():
+def test_no_collapse_at_a_restitution_of_a_tenth(plain):
     # Rods collapse from a few on at so low a restitution: without the elastic contacts the run would not end.
     scene = moving(carom.Scene.random(6, 0.5, 1, seed=1), 2).replace(impact=0.1)
     sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
@@ -253,21 +233,7 @@ def test_no_collapse_at_a_restitution_of_a_tenth():
     assert sim.kT < 0.05 * before
 
 
-@pytest.mark.usefixtures("plain")
-def test_one_ball_in_a_box():
-    scene = carom.Scene([[1.0, 1.2]], 4.0, walls=True, velocities=[[1.0, 0.5]])
-    sim = carom.Simulation(scene)
-    sim.run(time=300.0)
-    hits = [impact.hits for impact in sim.obstacles]
-    assert abs(hits[0] - 300 / 6) <= 1
-    assert abs(hits[2] - 150 / 6) <= 1
-    assert (sim.kT, sim.degrees_of_freedom) == (0.625, 2)
-    assert np.abs(sim.frame().positions - 2.0).max() <= 1.5
-    assert np.isnan(sim.statistics.momentum_drift)
-
-
-@pytest.mark.usefixtures("plain")
-def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(tmp_path):
+def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(plain, tmp_path):
     # One component outgrows sectors that fitted all of them, and those after.
     scene = placed(12, (6.0, 5.2), 1, diameters=(0.2, 0.3), walls="y")
     growth = np.zeros(12)
@@ -286,8 +252,7 @@ def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(tmp_
     assert whole.collisions > 10
 
 
-@pytest.mark.usefixtures("plain")
-def test_fixed_balls_are_seen_from_a_face_of_the_box():
+def test_fixed_balls_are_seen_from_a_face_of_the_box(plain):
     # One that rounding leaves a hair before the face that it passes flies through all of the next box.
     obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
     scene = carom.Scene.random(1, dimension=3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
@@ -297,8 +262,7 @@ def test_fixed_balls_are_seen_from_a_face_of_the_box():
     assert sum(impact.hits for impact in sim.obstacles) > 40
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene():
+def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(unscheduled):
     from carom.simulation.files.recorder import _header
 
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).replace(impact=0.7)

@@ -11,10 +11,8 @@ import pytest
 from helpers.oracle_scenes import assert_no_overlap
 
 import carom
-from carom.engine import obstacles as engine_obstacles
 from carom.errors import CaromWarning, InputError
-from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.models.contacts.restitution import Restitution
+from carom.models import Ball, CylindricalContainer, Restitution, SphericalContainer
 from carom.simulation import run_loop
 from carom.simulation.measuring import stall_detector
 
@@ -51,15 +49,13 @@ def growing_disks():
 JAM = r"The components jam: they fly \S+ diameters between contacts, and .*"
 
 
-@pytest.mark.usefixtures("looking")
 @pytest.mark.parametrize("make", [growing_rod, growing_disks])
-def test_what_grows_jams_before_the_time_asked_for(make):
+def test_what_grows_jams_before_the_time_asked_for(looking, make):
     # The contacts pile up before the instant at which there is no room left, and the energy, too.
     assert re.fullmatch(JAM, refusal(make(), time=50.0))
 
 
-@pytest.mark.usefixtures("looking")
-def test_what_grows_jams_before_a_sample_and_not_long_before():
+def test_what_grows_jams_before_a_sample_and_not_long_before(looking):
     sim = growing_rod()
     with pytest.raises(InputError, match=JAM):
         list(sim.sample(every=25.0, count=2))
@@ -70,8 +66,7 @@ def test_what_grows_jams_before_a_sample_and_not_long_before():
     assert sim.diameters == pytest.approx([2.97])
 
 
-@pytest.mark.usefixtures("looking")
-def test_disks_without_any_room_are_named_instead_of_a_stall():
+def test_disks_without_any_room_are_named_instead_of_a_stall(looking):
     # Four disks that touch each other and the walls collide for ever at one instant.
     scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, walls=True)
     said = refusal(carom.Simulation(scene, seed=1), time=1e-14)
@@ -82,22 +77,17 @@ def test_disks_without_any_room_are_named_instead_of_a_stall():
     assert carom.Simulation(scene, seed=1).run(collisions=50).collisions == 50
 
 
-@pytest.mark.usefixtures("looking")
 @pytest.mark.parametrize("limits", [{"time": 1.0}, {"collisions": 5}], ids=str)
-def test_a_disk_that_slides_along_its_container_is_named(limits):
+def test_a_disk_that_slides_along_its_container_is_named(looking, limits):
     # It touches and moves along exactly: the next hit is always now.
     scene = carom.Scene(
-        [[3.0, 2.0], [1.5, 2.0]],
-        4.0,
-        walls=True,
-        velocities=[[0.0, 1.0], [0.0, 0.0]],
+        [[3.0, 2.0], [1.5, 2.0]], 4.0, walls=True, velocities=[[0.0, 1.0], [0.0, 0.0]],
         obstacles=[SphericalContainer((2.0, 2.0), 1.5)],
-    )
+    )  # fmt: skip
     assert "slide along a container" in refusal(carom.Simulation(scene), **limits)
 
 
-@pytest.mark.usefixtures("looking")
-def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall(monkeypatch):
+def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall(looking, monkeypatch):
     # n touching rods that all move inwards meet n (n - 1) / 2 times at one time.
     monkeypatch.setattr(stall_detector, "WINDOW", 1)
     n = 20
@@ -107,16 +97,14 @@ def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall(monkeypatch):
     assert (sim.time, sim.collisions) == (0.5, 190)
 
 
-@pytest.mark.usefixtures("looking")
-def test_a_drift_that_hides_every_collision_is_named():
+def test_a_drift_that_hides_every_collision_is_named(looking):
     scene = carom.Scene.random(4, 0.2, 2, seed=1)
     velocities = 1e-12 * np.random.default_rng(1).normal(size=(4, 2)) + 1.0
     sim = carom.Simulation(scene.replace(velocities=velocities))
     assert "drift far faster" in refusal(sim, collisions=10)
 
 
-@pytest.mark.usefixtures("looking")
-def test_collisions_that_come_are_waited_for_however_slow_they_may_get(monkeypatch):
+def test_collisions_that_come_are_waited_for_however_slow_they_may_get(looking, monkeypatch):
     # Contacts count down to a speed of 1e-30, and it would take that long to give up.
     monkeypatch.setattr(stall_detector, "WINDOW", 1)
     monkeypatch.setattr(stall_detector, "CLUSTER", 1)
@@ -124,9 +112,8 @@ def test_collisions_that_come_are_waited_for_however_slow_they_may_get(monkeypat
     assert carom.Simulation(scene, seed=1).run(collisions=60).collisions == 60
 
 
-@pytest.mark.usefixtures("looking")
 @pytest.mark.parametrize("walls", [True, False])
-def test_one_component_alone_is_not_waited_for(walls):
+def test_one_component_alone_is_not_waited_for(looking, walls):
     scene = carom.Scene([[1.0, 1.0]], 1e3, walls=walls, velocities=[[1.0, 0.3]])
     with pytest.warns(CaromWarning, match="One component alone meets nobody"):
         assert carom.Simulation(scene).run(collisions=1).collisions == 0
@@ -142,8 +129,7 @@ def test_a_container_that_fits_like_a_skin_is_refused(axis):
         carom.Scene([[1.0, 1.0, 1.0]], 2.0, walls=True, obstacles=around)
 
 
-@pytest.mark.usefixtures("looking")
-def test_contacts_beyond_the_sum_of_radii_are_met_under_every_image():
+def test_contacts_beyond_the_sum_of_radii_are_met_under_every_image(looking):
     # Lists name a pair under one image for as long as it is listed: here from further away than half a box.
     species = [carom.Species(count=2), carom.Species(count=2, diameter=0.3)]
     scene = carom.Scene.random(species=species, contact=[[1.0, 1.1], [1.1, 0.3]], box=(2.6, 2.4), seed=3)
@@ -155,36 +141,17 @@ def test_contacts_beyond_the_sum_of_radii_are_met_under_every_image():
         carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"))
 
 
-@pytest.mark.usefixtures("looking")
 @pytest.mark.parametrize("near", [0.1, 2e-6])
-def test_unlike_rods_keep_a_distance_far_below_their_diameters(near):
+def test_unlike_rods_keep_a_distance_far_below_their_diameters(looking, near):
     n = 12
     scene = carom.Scene(
-        np.arange(n)[:, None] * 1.1 + 0.6,
-        (n * 1.1 + 0.2,),
-        species=np.arange(n) % 2,
-        contact=[[1, near], [near, 1]],
-        velocities=np.random.default_rng(2).normal(size=(n, 1)),
-    )
+        np.arange(n)[:, None] * 1.1 + 0.6, (n * 1.1 + 0.2,), species=np.arange(n) % 2,
+        contact=[[1, near], [near, 1]], velocities=np.random.default_rng(2).normal(size=(n, 1)),
+    )  # fmt: skip
     sim = carom.Simulation(scene)
     sim.run(collisions=400)
     # Off by some roundings of the box, 13 diameters long, and by no more.
     assert sim.statistics.worst_overlap < 64.0 * 2.0**-53 * 13.4 / near
-
-
-@pytest.mark.usefixtures("looking")
-def test_many_fixed_disks_are_met_as_few_are(monkeypatch):
-    balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
-    bodies = [*balls[:4], Plane((0.0, 1.0), 0.1), *balls[4:]]
-    scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, walls="y", seed=4, obstacles=bodies)
-    found = []
-    for crowd in (1, 100):
-        monkeypatch.setattr(engine_obstacles, "CROWD_FROM", crowd)
-        sim = carom.Simulation(scene, seed=1)
-        for frame in sim.sample(every=1.0, count=8):
-            assert_no_overlap(scene, frame)
-        found.append((frame.positions.tobytes(), [impacts.hits for impacts in sim.obstacles]))
-    assert found[0] == found[1]
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.steps import assert_order
 
 import carom
 from carom.models import SquareWell, Steps, StepTable
@@ -19,28 +20,13 @@ def graze(width, aside):
     edge, far = 2.6 * width, 4.0
     y = 0.5 * edge
     scene = carom.Scene(
-        [[far, y], [far + 0.25 * width, y + aside], [far + 0.5 * width, y]],
-        edge,
-        velocities=[[-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
-        interaction=SquareWell(width, 0.0),
-        walls=True,
-    )
+        [[far, y], [far + 0.25 * width, y + aside], [far + 0.5 * width, y]], edge,
+        velocities=[[-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]], interaction=SquareWell(width, 0.0), walls=True,
+    )  # fmt: skip
     sim = carom.Simulation(scene, seed=0)
     assert sim.explain().models["timing"] == "FarSteps"
     sim.run(time=2.0 * (far - 0.5) + 0.75 * width)
     return sim
-
-
-def assert_no_core_is_passed():
-    for width in (20.0, 40.0, 200.0):
-        # Grazes that rounding takes for a contact from far away and for a miss from nearby, and clear ones.
-        for aside in (1.0 - 2e-14, 1.0, 1.0 + 2e-14, 1.0 - 1e-12, 1.0 + 1e-12, 1.0 + 1e-9):
-            sim = graze(width, aside)
-            x = sim.frame().positions[:, 0]
-            assert x[0] < x[2], (width, aside)
-            assert 1 <= sim.interaction.core <= 2
-            # A part of 1e-13 of a diameter is what positions in a box of 520 diameters are rounded by.
-            assert sim.statistics.worst_overlap < 2e-13
 
 
 def apart(n, d, edge, core, seed):
@@ -52,21 +38,6 @@ def apart(n, d, edge, core, seed):
         if (np.linalg.norm(r, axis=1) > core).all():
             x = np.vstack([x, new])
     return x, rng.normal(size=(n, d))
-
-
-def assert_order_of_wide_steps():
-    from helpers.steps import assert_order
-
-    for d, edge, distances, energies in (
-        (2, 14.0, [1.0, 5.0], [math.inf, -0.5]),
-        (1, 150.0, [1.0, 60.0], [math.inf, -0.5]),
-        (1, 104.0, [0.01, 0.3, 1.0, 7.0, 40.0], [math.inf, -2.0, 1.0, -0.5, 0.2]),
-        (2, 104.0, [0.01, 0.3, 1.0, 7.0, 40.0], [math.inf, -2.0, 1.0, -0.5, 0.2]),
-    ):
-        x, v = apart(8, d, edge, distances[0], seed=d)
-        interaction = StepTable(Steps(distances, energies))
-        scene = carom.Scene(x, edge, velocities=v, diameter=distances[0], interaction=interaction)
-        assert_order(scene, lambda i, j, r=distances, e=energies: (r, [*e, 0.0]), 50)
 
 
 def wide_mixture(d, seed, n=7):
@@ -94,13 +65,9 @@ def wide_mixture(d, seed, n=7):
         if all(r[j] > 1.001 * table[species[j]][species[len(x)]].core for j in range(len(x))):
             x = np.vstack([x, new])
     scene = carom.Scene(
-        x,
-        edge,
-        velocities=rng.normal(size=(n, d)),
-        mass=np.exp(rng.normal(size=n)),
-        species=species,
+        x, edge, velocities=rng.normal(size=(n, d)), mass=np.exp(rng.normal(size=n)), species=species,
         interaction=StepTable(table),
-    )
+    )  # fmt: skip
 
     def potential(i, j):
         steps = table[species[i]][species[j]]
@@ -110,21 +77,34 @@ def wide_mixture(d, seed, n=7):
 
 
 def assert_order_of_wide_mixtures(*seeds):
-    from helpers.steps import assert_order
-
     for seed in seeds:
         for d in (1, 2):
             assert_order(*wide_mixture(d, 100 * d + seed), 60)
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_graze_of_a_small_core_in_a_wide_well_hides_nobody_behind_it():
-    assert_no_core_is_passed()
+def test_a_graze_of_a_small_core_in_a_wide_well_hides_nobody_behind_it(plain):
+    for width in (20.0, 40.0, 200.0):
+        # Grazes that rounding takes for a contact from far away and for a miss from nearby, and clear ones.
+        for aside in (1.0 - 2e-14, 1.0, 1.0 + 2e-14, 1.0 - 1e-12, 1.0 + 1e-12, 1.0 + 1e-9):
+            sim = graze(width, aside)
+            x = sim.frame().positions[:, 0]
+            assert x[0] < x[2], (width, aside)
+            assert 1 <= sim.interaction.core <= 2
+            # A part of 1e-13 of a diameter is what positions in a box of 520 diameters are rounded by.
+            assert sim.statistics.worst_overlap < 2e-13
 
 
-@pytest.mark.usefixtures("plain")
-def test_events_of_wide_steps_are_those_of_the_naive_algorithm():
-    assert_order_of_wide_steps()
+def test_events_of_wide_steps_are_those_of_the_naive_algorithm(plain):
+    for d, edge, distances, energies in (
+        (2, 14.0, [1.0, 5.0], [math.inf, -0.5]),
+        (1, 150.0, [1.0, 60.0], [math.inf, -0.5]),
+        (1, 104.0, [0.01, 0.3, 1.0, 7.0, 40.0], [math.inf, -2.0, 1.0, -0.5, 0.2]),
+        (2, 104.0, [0.01, 0.3, 1.0, 7.0, 40.0], [math.inf, -2.0, 1.0, -0.5, 0.2]),
+    ):
+        x, v = apart(8, d, edge, distances[0], seed=d)
+        interaction = StepTable(Steps(distances, energies))
+        scene = carom.Scene(x, edge, velocities=v, diameter=distances[0], interaction=interaction)
+        assert_order(scene, lambda i, j, r=distances, e=energies: (r, [*e, 0.0]), 50)
 
 
 @pytest.mark.usefixtures("plain")

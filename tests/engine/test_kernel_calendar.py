@@ -8,9 +8,7 @@ from carom.engine.build import build, enlarge_heap
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.system import System
-from carom.models.contacts.restitution import Restitution
-from carom.models.interactions.hard_cores import HardCores
-from carom.models.motions.free_flight import FreeFlight
+from carom.models import FreeFlight, HardCores, Restitution
 
 LENGTH = 8.0
 

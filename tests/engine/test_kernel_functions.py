@@ -13,9 +13,8 @@ import carom
 from carom.engine.build import arrays
 from carom.errors import CaromError
 from carom.models.interactions.hard_cores import EqualCores
+from carom.models.interfaces.particles import NEVER
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump
-from carom.models.questions.particles import NEVER
 
 SIGMA = 1.0
 CORES = EqualCores(SIGMA**2, 0.5 * SIGMA, 1.5)
@@ -54,13 +53,13 @@ def advanced(x, v, time):
 
 def meeting(x, v, order=(0, 1)):
     with np.errstate(all="ignore"):
-        return float(interaction_time(CORES, *order, *map(np.float64, invariants(x, v, order)), 0.0))
+        return float(CORES.interaction_time(*order, *map(np.float64, invariants(x, v, order)), 0.0))
 
 
 def jumped(x, v, order=(0, 1)):
     i, j = order
     rr, rv, _ = invariants(x, v, order)
-    a, b, _ = jump(CORES, i, j, rr, rv, 0.0)
+    a, b, _ = CORES.jump(i, j, rr, rv, 0.0)
     after = v.copy()
     after[i] = v[i] + a * (x[j] - x[i])
     after[j] = v[j] - b * (x[j] - x[i])
@@ -134,7 +133,7 @@ def test_meetings_are_at_contact_and_found_again_to_the_bit(pair):
     t = meeting(x, v)
     if t == NEVER:
         return
-    again, clamped = contact_time(CORES, 0, 1, *map(np.float64, invariants(x, v)), 0.0)
+    again, clamped = CORES.contact_time(0, 1, *map(np.float64, invariants(x, v)), 0.0)
     assert again == t
     assert not clamped
     distance = math.sqrt(invariants(*advanced(x, v, t))[0])
@@ -148,38 +147,33 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
     for rv, expected in ((-1.0, 0.0), (1.0, NEVER)):
         with np.errstate(all="ignore"):
             assert (
-                interaction_time(CORES, 0, 1, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0)
-                == expected
+                CORES.interaction_time(0, 1, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0) == expected
             )
-    t, clamped = contact_time(CORES, 0, 1, np.float64(rr), np.float64(-1.0), np.float64(1.0), 0.0)
+    t, clamped = CORES.contact_time(0, 1, np.float64(rr), np.float64(-1.0), np.float64(1.0), 0.0)
     assert t == 0.0
     assert clamped == (rr < 1.0)
-    assert core_square(CORES, 0, 1, 0.0) / rr >= 1.0
+    assert CORES.core_square(0, 1, 0.0) / rr >= 1.0
 
 
 CLAY = """
-from typing import NamedTuple
 import carom
 from carom.models.mathematics.contact import first_contact
-from carom.models.questions.interaction import interaction_time, jump, mass
+from carom.models.interfaces.interaction import PairModel
 
-class Clay(NamedTuple):
+class Clay(PairModel):
     square: float
     weight: float
     restitution: float
 
-@interaction_time.register
-def _(pair: Clay, i, j, rr, rv, vv, now):
-    return first_contact(rr - pair.square, rv, vv)
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - self.square, rv, vv)
 
-@jump.register
-def _(pair: Clay, i, j, rr, rv, now):
-    factor = 0.5 * (1.0 + pair.restitution) * rv / rr
-    return factor, factor, -pair.weight * factor * rr
+    def jump(self, i, j, rr, rv, now):
+        factor = 0.5 * (1.0 + self.restitution) * rv / rr
+        return factor, factor, -self.weight * factor * rr
 
-@mass.register
-def _(pair: Clay, i):
-    return pair.weight
+    def mass_of(self, i):
+        return self.weight
 
 class Sticky:
     def reach(self, scene):
@@ -202,8 +196,7 @@ def test_a_model_from_outside_the_package_is_chosen_by_its_type(tmp_path):
     assert python("-c", CLAY, NUMBA_CACHE_DIR=str(tmp_path)).strip() == "[-0.125, 0.125]"
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_model_of_an_unknown_type_does_not_compile():
+def test_a_model_of_an_unknown_type_does_not_compile(unscheduled):
     from carom.engine import cycle
 
     class Unknown(NamedTuple):
@@ -211,12 +204,11 @@ def test_a_model_of_an_unknown_type_does_not_compile():
 
     sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]), seed=0)
     engine = sim._state.engine._replace(model=sim._state.engine.model._replace(pair=Unknown(1.0)))
-    with pytest.raises(CaromError, match="a Unknown has no interaction_time: register one"):
+    with pytest.raises(CaromError, match="a Unknown has no interaction_time"):
         cycle.schedule(*engine, 0, len(engine.state.partner))
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_what_a_scene_has_not_is_none():
+def test_what_a_scene_has_not_is_none(unscheduled):
     scene = moving(carom.Scene.random(5, dimension=2, seed=1), 1)
     sim = carom.Simulation(scene, tuning=carom.Tuning(images=False), seed=0)
     assert sim._state.engine.state.images is None

@@ -22,11 +22,6 @@ def fluid():
     return runs
 
 
-def test_single_precision_halves_the_rows(fluid):
-    double, single = (sim._state.engine.state.rows.dtype.itemsize for sim in fluid.values())
-    assert (double, single) == (64, 32)
-
-
 def test_overlaps_and_drift_are_those_of_single_precision(fluid):
     sim = fluid["single"]
     found = sim.statistics
@@ -52,8 +47,7 @@ def test_a_run_in_single_precision_is_resumed_bit_for_bit(fluid, tmp_path):
     assert again._state.engine.state.rows["x"].dtype == np.float32
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_log_of_single_precision_is_not_replayed(tmp_path):
+def test_a_log_of_single_precision_is_not_replayed(unscheduled, tmp_path):
     sim = carom.Simulation(
         carom.Scene.crystal(cells=3, packing_fraction=0.3),
         tuning=carom.Tuning(precision="single"),
@@ -62,10 +56,3 @@ def test_a_log_of_single_precision_is_not_replayed(tmp_path):
     sim.close()
     with pytest.raises(carom.FileError, match="cannot be replayed: its run was in single precision"):
         Replay(tmp_path / "e.h5")
-
-
-def test_an_unknown_precision_is_refused():
-    with pytest.raises(carom.InputError, match="precision"):
-        carom.Simulation(
-            carom.Scene.crystal(cells=2, packing_fraction=0.3), tuning=carom.Tuning(precision="half")
-        )

@@ -1,7 +1,5 @@
 """Scenes with obstacles at the walls of the box, and what is found in them."""
 
-from dataclasses import replace
-
 import numpy as np
 
 import carom
@@ -11,13 +9,12 @@ from carom.models.mathematics.parabolas import first_landing
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.blocks import Cuboid
-from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
-from carom.models.obstacles.dressing import Shaken, Surface
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
+from carom.models.obstacles.with_properties import Shaken, Surface
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
@@ -116,15 +113,9 @@ def bed(obstacles, d=2, time=12.0, **more):
     places = np.full((2, d), 2.0)
     places[:, 0], places[:, -1] = (1.0, 3.5), (2.0, 3.0)
     scene = carom.Scene(
-        places,
-        EDGE,
-        diameter=[1.0, 0.6],
-        walls=axes_without([True] * (d - 1) + [False]),
-        velocities=np.zeros((2, d)),
-        motion=Gravity(g),
-        obstacles=obstacles,
-        **more,
-    )
+        places, EDGE, diameter=[1.0, 0.6], walls=axes_without([True] * (d - 1) + [False]),
+        velocities=np.zeros((2, d)), motion=Gravity(g), obstacles=obstacles, **more,
+    )  # fmt: skip
     sim = carom.Simulation(scene, seed=0)
     sim.run(time=time)
     return sim
@@ -153,13 +144,9 @@ def growing():
                      Segment((0.0, EDGE), (EDGE, EDGE), 0.0, "ceiling")]),
     ):  # fmt: skip
         scene = carom.Scene(
-            [[1.0, 2.0], [4.0, 3.0]],
-            EDGE,
-            diameter=0.5,
-            walls=True,
-            velocities=[[0.1, 0.5], [0.0, -0.4]],
+            [[1.0, 2.0], [4.0, 3.0]], EDGE, diameter=0.5, walls=True, velocities=[[0.1, 0.5], [0.0, -0.4]],
             obstacles=obstacles,
-        )
+        )  # fmt: skip
         sim = carom.Simulation(scene, growth=0.1, seed=0)
         sim.run(time=15.0)
         gaps = [float(gap.min()) for gap in (each.gap(
@@ -167,31 +154,3 @@ def growing():
         ) for each in obstacles)]  # fmt: skip
         found[name] = hits(sim), min(gaps)
     return found
-
-
-def continued(folder):
-    """A run on a floor in the wall and a patch in another, saved and loaded, and its log replayed."""
-    from carom.simulation.replay import Replay
-
-    obstacles = [
-        replace(floor_at(2, 1, 0), kT=1.0, seed=3),
-        Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch", impact=LOSS),
-    ]
-    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), walls=True, seed=1, obstacles=obstacles)
-    whole = carom.Simulation(scene, seed=2)
-    whole.run(time=40.0)
-    whole.run(time=40.0)
-    with carom.Simulation(scene, seed=2, event_log=f"{folder}/log.h5") as half:
-        half.run(time=40.0)
-        half.save(f"{folder}/half.h5")
-    with carom.Simulation.load(f"{folder}/half.h5", event_log=f"{folder}/log.h5") as again:
-        again.run(time=40.0)
-        same = [
-            bool((again.frame().velocities == whole.frame().velocities).all()),
-            hits(again) == hits(whole),
-        ]
-    run = Replay(f"{folder}/log.h5")
-    while run.step():
-        pass
-    same.append(bool(np.abs(run.frame().velocities - whole.frame().velocities).max() == 0.0))
-    return same, hits(whole), ROUNDING_MARGIN

@@ -43,36 +43,8 @@ def polynomial(x, coefficients=COEFFICIENTS):
     return total
 
 
-def bisected(low, high, target, steps=60):
-    for _ in range(steps):
-        middle = 0.5 * (low + high)
-        if square(middle) > target:
-            high = middle
-        else:
-            low = middle
-        if high - low < 1e-6:
-            return middle
-    return 0.5 * (low + high)
-
-
-def root(target):
-    x = max(target, 1.0)
-    n = 0
-    while abs(x * x - target) > 1e-13 * target and n < 100:
-        x = 0.5 * (x + target / x)
-        n += 1
-    return x, n
-
-
 def first_above(values, x):
     for k in range(len(values)):
         if values[k] > x:
             return k
     return -1
-
-
-def length_of(*parts):
-    total = 0.0
-    for part in parts:
-        total += square(part)
-    return math.sqrt(total)

@@ -6,54 +6,54 @@ from typing import NamedTuple
 
 import numpy as np
 
+import carom
 from carom.models import own
 from carom.models.drives import DriveModel
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import NEVER, lanes
+from carom.models.interfaces.steps import BOUNCE, CORE, IN, OUT, SteppedModel, step_bits
+from carom.models.interfaces.walls import soonest_wall
 from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.interaction import core_square, interaction_time, jump
-from carom.models.questions.memory import shift_epoch
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.obstacle import encounter, fall, outward, recoil
-from carom.models.questions.particles import NEVER, lanes
-from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_jump, step_time
-from carom.models.questions.walls import soonest_wall
+
+SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
+PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
+OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), walls="y")
 
 
-class Cores(NamedTuple):
+def conditions(value, **options):
+    """Return which conditions fail for a value."""
+    return {failure.condition for failure in carom.check(value, pairs=60, **options).failures}
+
+
+class Cores(PairModel):
     """Hard cores of diameter 1 with a fault."""
 
     fault: str
     radii: np.ndarray
     masses: np.ndarray
 
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        if self.fault == "lost":
+            return NEVER
+        contact = {"core": 0.9, "unlike times": 0.9 if i < j else 1.0}.get(self.fault, 1.0)
+        return first_contact(rr - contact, rv, vv) * (1.5 if self.fault == "late" else 1.0)
 
-@interaction_time.register
-def _(pair: Cores, i, j, rr, rv, vv, now):
-    if pair.fault == "lost":
-        return NEVER
-    contact = {"core": 0.9, "unlike times": 0.9 if i < j else 1.0}.get(pair.fault, 1.0)
-    return first_contact(rr - contact, rv, vv) * (1.5 if pair.fault == "late" else 1.0)
+    def jump(self, i, j, rr, rv, now):
+        a, b, virial = elastic(self, i, j, rr, rv)
+        parts = {
+            "energy": 1.1, "clay": 0.75, "soft": 0.1, "unlike jumps": 1.5 if i < j else 1.0,
+            "backwards": -1.0,
+        }  # fmt: skip
+        part = parts.get(self.fault, 1.0)
+        turned = self.fault == "sign" or (self.fault == "unlike" and self.masses[i] != self.masses[j])
+        virial *= -1.0 if turned else 0.5 if self.fault == "size" else 1.0
+        return part * a, part * b * (2.0 if self.fault == "momentum" else 1.0), part * virial
 
-
-@jump.register
-def _(pair: Cores, i, j, rr, rv, now):
-    a, b, virial = elastic(pair, i, j, rr, rv)
-    parts = {
-        "energy": 1.1,
-        "clay": 0.75,
-        "soft": 0.1,
-        "unlike jumps": 1.5 if i < j else 1.0,
-        "backwards": -1.0,
-    }
-    part = parts.get(pair.fault, 1.0)
-    turned = pair.fault == "sign" or (pair.fault == "unlike" and pair.masses[i] != pair.masses[j])
-    virial *= -1.0 if turned else 0.5 if pair.fault == "size" else 1.0
-    return part * a, part * b * (2.0 if pair.fault == "momentum" else 1.0), part * virial
-
-
-@core_square.register
-def _(pair: Cores, i, j, now):
-    return 1.0
+    def core_square(self, i, j, now):
+        return 1.0
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,11 @@ class Mine:
         return 1.05
 
     def model(self, particles):
-        wide = particles.with_ghost
+        wide = particles.with_padding
         return Cores(self.fault, wide(particles.radii), wide(particles.masses))
 
 
-class Ledge(NamedTuple):
+class Ledge(SteppedModel):
     """Spheres that cost energy while they are inside each other, with a fault."""
 
     fault: str
@@ -77,30 +77,28 @@ class Ledge(NamedTuple):
     radii: np.ndarray
     masses: np.ndarray
 
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        return exit_sphere(rr - 1.0, rv, vv) if step == 1 else first_contact(rr - 1.0, rv, vv)
 
-@step_time.register
-def _(pair: Ledge, i, j, step, rr, rv, vv, now):
-    return exit_sphere(rr - 1.0, rv, vv) if step == 1 else first_contact(rr - 1.0, rv, vv)
-
-
-@step_jump.register
-def _(pair: Ledge, i, j, step, rr, rv, now):
-    r = math.sqrt(rr)
-    u = rv / r
-    mu = pair.masses[i] * pair.masses[j] / (pair.masses[i] + pair.masses[j])
-    cost = 2.0 * pair.energy[1] / mu
-    if step == 0:
-        left = u * u - (0.5 * cost if pair.fault == "in" else cost)
-        new, after, kind = (-math.sqrt(left), 1, IN) if left > 0.0 else (-u, 0, CORE)
-    else:
-        new, after, kind = math.sqrt(u * u + (0.5 * cost if pair.fault == "out" else cost)), 0, OUT
-    if pair.fault == "kind" and kind == OUT:
-        kind = BOUNCE
-    if pair.fault == "step" and kind == IN:
-        after = 7
-    p = mu * (new - u)
-    virial = -p * r if pair.fault == "virial" else p * r
-    return -p / (pair.masses[i] * r), -p / (pair.masses[j] * r), virial, after, kind
+    def step_jump(self, i, j, step, rr, rv, now):
+        r = math.sqrt(rr)
+        u = rv / r
+        mu = self.masses[i] * self.masses[j] / (self.masses[i] + self.masses[j])
+        cost = 2.0 * self.energy[1] / mu
+        if step == 0:
+            left = u * u - (0.5 * cost if self.fault == "in" else cost)
+            new, after, kind = (-math.sqrt(left), 1, IN) if left > 0.0 else (-u, 0, CORE)
+        else:
+            new, after, kind = math.sqrt(u * u + (0.5 * cost if self.fault == "out" else cost)), 0, OUT
+        if self.fault == "kind" and kind == OUT:
+            kind = BOUNCE
+        if self.fault == "unlike kinds" and kind == CORE and i < j:
+            kind = BOUNCE
+        if self.fault == "step" and kind == IN:
+            after = 7
+        p = mu * (new - u)
+        virial = -p * r if self.fault == "virial" else p * r
+        return -p / (self.masses[i] * r), -p / (self.masses[j] * r), virial, after, kind
 
 
 @dataclass(frozen=True)
@@ -123,14 +121,14 @@ class Shoulder:
         return (distances < 1.0).astype(np.int64)
 
     def model(self, particles):
-        size, wide = 2 ** step_bits(2), particles.with_ghost
+        size, wide = 2 ** step_bits(2), particles.with_padding
         energy = np.zeros(3 if self.fault == "short" else size)
         energy[1] = float(particles.unit.to_kernel(1.0, -2))
         events = None if self.fault == "events" else np.zeros((size, 4), np.int64)
         return Ledge(self.fault, energy, events, wide(particles.radii), wide(particles.masses))
 
 
-class Two(NamedTuple):
+class Two(PairModel):
     """Hard cores: unlike kinds touch at one distance, like ones at another."""
 
     like: float
@@ -139,15 +137,11 @@ class Two(NamedTuple):
     radii: np.ndarray
     masses: np.ndarray
 
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - (self.like if self.kinds[i] == self.kinds[j] else self.unlike), rv, vv)
 
-@interaction_time.register
-def _(pair: Two, i, j, rr, rv, vv, now):
-    return first_contact(rr - (pair.like if pair.kinds[i] == pair.kinds[j] else pair.unlike), rv, vv)
-
-
-@jump.register
-def _(pair: Two, i, j, rr, rv, now):
-    return elastic(pair, i, j, rr, rv)
+    def jump(self, i, j, rr, rv, now):
+        return elastic(self, i, j, rr, rv)
 
 
 @dataclass(frozen=True)
@@ -164,8 +158,8 @@ class Parity:
         return self.far
 
     def model(self, particles):
-        kinds = particles.with_ghost(np.arange(len(particles.radii)) % 2, np.int64)
-        sizes = particles.with_ghost(particles.radii), particles.with_ghost(particles.masses)
+        kinds = particles.with_padding(np.arange(len(particles.radii)) % 2, np.int64)
+        sizes = particles.with_padding(particles.radii), particles.with_padding(particles.masses)
         return Two(self.like**2, self.unlike**2, kinds, *sizes)._replace(**dict(self.change))
 
 
@@ -326,10 +320,8 @@ class Fading(ImpactModel):
     def transfer(self, rr, rv):
         return 1.0
 
-
-@shift_epoch.register
-def _(impact: Fading, duration):
-    impact.last[0] -= duration
+    def shift_epoch(self, duration):
+        self.last[0] -= duration
 
 
 class Fades:
@@ -337,35 +329,27 @@ class Fades:
         return Fading(np.zeros(1))
 
 
-class Level(NamedTuple):
+class Level(ObstacleModel):
     """A floor at the height 1, with a fault."""
 
     fault: str
 
+    def encounter(self, x, v, radius, growth):
+        height = x[1] - 1.0 - radius
+        if (self.fault == "hair" and height < 0.0) or self.fault == "lost" or v[1] >= 0.0:
+            return NEVER
+        return max(height / -v[1], 0.0) * {"late": 2.0, "early": 0.5}.get(self.fault, 1.0)
 
-@encounter.register
-def _(obstacle: Level, x, v, radius, growth):
-    height = x[1] - 1.0 - radius
-    if (obstacle.fault == "hair" and height < 0.0) or obstacle.fault == "lost" or v[1] >= 0.0:
-        return NEVER
-    return max(height / -v[1], 0.0) * {"late": 2.0, "early": 0.5}.get(obstacle.fault, 1.0)
+    def fall(self, g, x, v, radius, growth, now):
+        height, late = x[1] - 1.0 - radius, 1.25 if self.fault == "late" else 1.0
+        root = math.sqrt(max(v[1] * v[1] - 2.0 * g[1] * height, 0.0))
+        return 0.0 if height <= 0.0 and v[1] < 0.0 else late * (v[1] + root) / -g[1]
 
+    def outward(self, x, axis):
+        return {"long": 1.1, "double": 2.0, "inwards": -1.0}.get(self.fault, 1.0) if axis == 1 else 0.0
 
-@fall.register
-def _(obstacle: Level, g, x, v, radius, growth, now):
-    height, late = x[1] - 1.0 - radius, 1.25 if obstacle.fault == "late" else 1.0
-    root = math.sqrt(max(v[1] * v[1] - 2.0 * g[1] * height, 0.0))
-    return 0.0 if height <= 0.0 and v[1] < 0.0 else late * (v[1] + root) / -g[1]
-
-
-@outward.register
-def _(obstacle: Level, x, axis):
-    return {"long": 1.1, "double": 2.0, "inwards": -1.0}.get(obstacle.fault, 1.0) if axis == 1 else 0.0
-
-
-@recoil.register
-def _(obstacle: Level, motion, i, mass, x, v, normal, growth, now):
-    v[1] *= -1.5 if obstacle.fault == "gain" else -0.9
+    def recoil(self, motion, i, mass, x, v, normal, growth, now):
+        v[1] *= {"gain": -1.5, "through": 0.9}.get(self.fault, -0.9)
 
 
 @dataclass(frozen=True)
@@ -438,50 +422,44 @@ class Clocked:
 
 
 @lanes("radii")
-class Beside(NamedTuple):
+class Beside(PairModel):
     """Hard cores that name a lane."""
 
     radii: np.ndarray
     masses: np.ndarray
 
+    jump = Two.jump
 
-class Bounded(NamedTuple):
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - 1.0, rv, vv)
+
+
+class Bounded(PairModel):
     """Hard cores that say how far apart they keep two."""
 
     core: float
     radii: np.ndarray
     masses: np.ndarray
 
+    jump = Two.jump
 
-class Misspelt(NamedTuple):
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - self.core, rv, vv) if rr >= self.core else NEVER
+
+    def core_square(self, i, j, now):
+        return self.core
+
+
+class Misspelt(PairModel):
     """Hard cores one of whose answers reads what they have not."""
 
     radii: np.ndarray
     masses: np.ndarray
 
+    jump = Two.jump
 
-for kind in (Beside, Bounded, Misspelt):
-    jump.register(kind, jump.registry[Two])
-
-
-@interaction_time.register
-def _(pair: Beside, i, j, rr, rv, vv, now):
-    return first_contact(rr - 1.0, rv, vv)
-
-
-@interaction_time.register
-def _(pair: Bounded, i, j, rr, rv, vv, now):
-    return first_contact(rr - pair.core, rv, vv) if rr >= pair.core else NEVER
-
-
-@core_square.register
-def _(pair: Bounded, i, j, now):
-    return pair.core
-
-
-@interaction_time.register
-def _(pair: Misspelt, i, j, rr, rv, vv, now):
-    return first_contact(rr - pair.square, rv, vv)
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - self.square, rv, vv)
 
 
 class Modelled(Parity):
@@ -490,7 +468,7 @@ class Modelled(Parity):
     make: object = None
 
     def model(self, particles):
-        wide = particles.with_ghost
+        wide = particles.with_padding
         return self.make(wide(particles.radii), wide(particles.masses), particles)
 
 

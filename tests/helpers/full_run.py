@@ -80,6 +80,6 @@ def stopped(given: SceneFile, out: Path, stage: str = "Measuring", after: float 
         if now == stage and fraction > after:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(carom.Interrupted, match="carom resume"):
+    with pytest.raises(carom.Interrupted, match=r"carom resume .* goes on"):
         carom.run(given, out, progress=impatient)
     return out

@@ -2,7 +2,7 @@
 
 pytest-timeout sends a signal, which Python hears between two lines and while it waits: the test fails, and
 the next ones run. Compiled code hears none. There a thread without Python writes where all threads are and
-ends the process, half a limit later; the process that started it reports it.
+ends the process, half a limit later, and with it the run.
 """
 
 import faulthandler

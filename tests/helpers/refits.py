@@ -32,9 +32,8 @@ from carom.models import (
     draw,
     own,
 )
-from carom.models.copies import copied
+from carom.models.interfaces.memory import Field, copied, fields_of
 from carom.models.motions.gravity import leaving
-from carom.models.questions.memory import Field, fields_of
 from carom.observables.energy import without_potential
 from carom.simulation.measuring import readings, stretches
 
@@ -71,6 +70,7 @@ class Remembering:
     pull: own.Acceleration
     impulse: own.Momentum
     last = own.memory(-math.inf, times=True)
+    last_but_one = own.memory(-math.inf, times=True)
     contacts = own.memory(0)
     fastest: own.Speed = own.memory(0.0)
     energy: own.Energy = own.memory(0.0)
@@ -90,6 +90,8 @@ class Remembering:
     def exchanged_part(self, i, j, rr, rv, now):
         u = abs(rv) / math.sqrt(rr)
         since = min(now - max(self.last[i], self.last[j]), self.pause)
+        self.last_but_one[i] = max(self.last_but_one[i], self.last[i])
+        self.last_but_one[j] = max(self.last_but_one[j], self.last[j])
         self.last[i] = self.last[j] = now
         self.contacts[i] += 1
         self.fastest[i] = max(self.fastest[i], u)
@@ -441,13 +443,9 @@ def seen(sim):
     frame, done = sim.frame(), sim.statistics
     numbers = SimpleNamespace(**{name: (getattr(done, name), 0) for name in COUNTED})
     found = vars(numbers) | {
-        "positions": (frame.positions, 0),
-        "velocities": (frame.velocities, -1),
-        "diameters": (frame.diameters, 0),
-        "box": (frame.box, 0),
-        "time": (sim.time, 1),
-        "kT": (sim.kT, -2),
-    }
+        "positions": (frame.positions, 0), "velocities": (frame.velocities, -1),
+        "diameters": (frame.diameters, 0), "box": (frame.box, 0), "time": (sim.time, 1), "kT": (sim.kT, -2),
+    }  # fmt: skip
     if frame.images is not None:
         found["images"] = frame.images, 0
     if frame.spins is not None:

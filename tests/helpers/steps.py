@@ -14,14 +14,9 @@ def assert_order(scene, potential, events, leaving=None, **settings):
     """The engine's events are the oracle's, of the same kinds, at the same times."""
     sim = carom.Simulation(scene, **settings)
     oracle = NaiveSteps(
-        scene.positions,
-        scene.velocities,
-        scene.box,
-        potential,
-        leaving=leaving,
-        masses=scene.masses,
+        scene.positions, scene.velocities, scene.box, potential, leaving=leaving, masses=scene.masses,
         digits=30,
-    )
+    )  # fmt: skip
     before = sim.interaction.events.sum(axis=0)
     for _ in range(events):
         sim.run(collisions=1)

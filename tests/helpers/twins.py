@@ -9,24 +9,8 @@ from carom.compiling.entry import entry
 
 LEAST, LARGEST = -(2**63), 2**63 - 1
 EDGES = [
-    0,
-    1,
-    -1,
-    2,
-    -2,
-    7,
-    -7,
-    62,
-    63,
-    64,
-    2**31 - 1,
-    -(2**31),
-    2**32,
-    2**53 + 1,
-    LARGEST,
-    LARGEST - 1,
-    LEAST,
-]
+    0, 1, -1, 2, -2, 7, -7, 62, 63, 64, 2**31 - 1, -(2**31), 2**32, 2**53 + 1, LARGEST, LARGEST - 1, LEAST,
+]  # fmt: skip
 INTEGERS = st.sampled_from(EDGES) | st.integers(LEAST, LARGEST) | st.integers(-20, 20)
 FLOATS = st.sampled_from([0.0, -0.0, 0.5, -0.5, 1.5, 2.5, 1e300, 5e-324]) | st.floats() | st.floats(-9.0, 9.0)
 FINITE = st.floats(-1e6, 1e6)

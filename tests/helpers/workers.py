@@ -37,3 +37,15 @@ def odd(value):
     if value % 2:
         raise Odd(value, "odd")
     return value
+
+
+def run_all(function, values, where, stop=lambda done: False):
+    """Run a function of each value; return whether all were run, (value, result) and (value, reason)."""
+    from carom.studies import executors
+
+    done, failed = [], []
+    ended = executors.run(
+        function, values, where, stop=lambda: stop(done),
+        done=lambda *each: done.append(each), failed=lambda *each: failed.append(each),
+    )  # fmt: skip
+    return ended, done, failed

@@ -19,10 +19,10 @@ TESTS = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def states(tmp_path_factory):
-    """The content of a checkpoint of disks in sectors, and of one in lists."""
+    """The content of a checkpoint of disks in sectors, of one in lists, and of some that count in arrays."""
     folder = tmp_path_factory.mktemp("states")
     with uncompiled():
-        return {name: saved(name, folder / "state.h5") for name in ("disks", "disks in lists")}
+        return {name: saved(name, folder / "state.h5") for name in dict.fromkeys(row[0] for row in REFUSED)}
 
 
 def put(index, value):
@@ -36,7 +36,7 @@ def put(index, value):
 
 
 def nobody_in_a_sector(members):
-    """Put the ghost where the first sector that holds somebody names its first member."""
+    """Put the padding row where the first sector that holds somebody names its first member."""
     members[np.flatnonzero(members[:, -1])[0], 0] = 80
     return members
 
@@ -53,7 +53,7 @@ REFUSED = [
     ("disks", "state.rows.v", put(5, 1e200)),
     ("disks", "state.rows.t", put(5, -1.0)),
     ("disks", "state.rows.event_time", put(5, np.nan)),
-    ("disks", "state.rows.event_time", put(LAST, 0.0)),  # the ghost's
+    ("disks", "state.rows.event_time", put(LAST, 0.0)),  # the padding row's
     ("disks", "state.clock.epoch", put(0, 2**40)),
     ("disks", "state.clock.now", put(0, -1.0)),
     ("disks", "neighbors.members", nobody_in_a_sector),
@@ -74,6 +74,11 @@ REFUSED = [
     ("disks in lists", "neighbors.refs", put(0, 79)),  # who does not list it
     ("disks in lists", "neighbors.counts", put(0, 2**16 - 1)),
     ("disks in lists", "neighbors.counts", put(0, 0)),
+    # Of many counts one is negative.
+    ("a gas", "neighbors.contacts.versions", put(LAST, -1)),
+    ("a bed", "model.obstacles.hits", put(LAST, -1)),
+    ("a bed", "model.obstacles.chain.head.0.spared", put(LAST, -1)),
+    ("a column", "model.obstacles.chain.head.0.drawn", put(0, -1)),
 ]
 
 

@@ -1,10 +1,10 @@
 """Damaged and hostile files: no changed number is read, no other file is opened, nothing but one sentence."""
 
-import collections
 import contextlib
 import dataclasses
 import hashlib
 import os
+import pickle
 import warnings
 
 import h5py
@@ -23,7 +23,7 @@ from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
 from carom.io.validation import flaw
 from carom.observables import RDF
-from carom.simulation.replay import Replay
+from carom.simulation.replay import Replay, replay
 
 FLIPS = 50
 GROUP = "particles/trajectory"
@@ -73,9 +73,12 @@ def test_no_flipped_bit_changes_a_frame_of_h5md(tmp_path):
     assert refused > FLIPS // 10  # most of such a small file is the empty rest of chunks of times
 
 
-@pytest.mark.parametrize("name", ["position/value", "velocity/value", "image/value"])
+@pytest.mark.parametrize(
+    "name", ["position/value", "velocity/value", "image/value", "position/step", "position/time", "diameter"]
+)
 def test_every_flipped_bit_in_the_data_of_h5md_is_refused(tmp_path, name):
-    path = write(tmp_path / "a.h5md", make_frames(3, count=2, n=200))
+    n = 9000 if name == "diameter" else 200  # fewer would lie in the header, which has a checksum of its own
+    path = write(tmp_path / "a.h5md", make_frames(3, count=2, n=n))
     whole, places = path.read_bytes(), chunks(path, f"{GROUP}/{name}")
     rng = np.random.default_rng(1)
     for _ in range(FLIPS // 3):
@@ -140,11 +143,20 @@ def test_a_log_of_another_run_is_refused_whatever_column_differs(tmp_path, name)
     assert path.read_bytes() == before
 
 
-def test_text_without_a_digest_is_still_a_frame(tmp_path):
-    whole = write(tmp_path / "a.extxyz", mixture()).read_bytes()
+def reworded(content, rng):
+    """Return the text with another word in the place of one."""
+    words = content.split(b" ")
+    others = (b"nan", b"1e999", b"", b"X", b"-1", b"0", b"9" * 20, b'"', b"T", b"\0", b"1_0", "é".encode())
+    words[rng.integers(len(words))] = others[rng.integers(len(others))]
+    return b" ".join(words)
+
+
+@pytest.mark.parametrize("harm", [flipped, reworded])
+def test_text_without_a_digest_is_refused_or_still_a_frame(tmp_path, harm):
+    whole = write(tmp_path / "a.extxyz", mixture(1)).read_bytes()
     rng, path = np.random.default_rng(4), tmp_path / "b.extxyz"
-    for _ in range(FLIPS):
-        path.write_bytes(flipped(whole, rng))
+    for _ in range(2 * FLIPS):
+        path.write_bytes(harm(whole, rng))
         try:
             found = carom.io.read(path, ":")
         except FileError:
@@ -397,8 +409,20 @@ def test_a_field_that_no_frame_has_is_refused_by_reader_export_and_rdf(tmp_path,
     assert os.listdir(tmp_path) == ["a.h5md"]
 
 
+def word(column, new):
+    """Return an edit that replaces a word of the first component."""
+
+    def edit(text):
+        first, second, row, rest = text.split("\n", 3)
+        words = row.split(" ")
+        words[column] = new
+        return "\n".join([first, second, " ".join(words), rest])
+
+    return edit
+
+
 @pytest.mark.parametrize(
-    ("old", "new"),
+    "edit",
     [
         ("step=0", "step=100000000000000000000000"),
         ("step=0", "step=-1"),
@@ -410,46 +434,39 @@ def test_a_field_that_no_frame_has_is_refused_by_reader_export_and_rdf(tmp_path,
         ("images:I:3", "images:I:-3"),
         ("pos:R:3", "pos:R:999999999999"),
         ('species_names="a,b"', 'species_names="a"'),
+        *map(word, (-5, -5, -6, 7, 8), ("-3", "0.5", "3000000000", "-5", "-1")),
     ],
 )
-def test_a_second_line_that_no_frame_has_is_refused(tmp_path, old, new):
+def test_a_word_that_no_frame_has_is_refused(tmp_path, edit):
     path = write(tmp_path / "a.extxyz", mixture())
     text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new, 1))
+    changed = text.replace(*edit, 1) if isinstance(edit, tuple) else edit(text)
+    assert changed != text
+    path.write_text(changed)
     with pytest.raises(FileError):
         carom.io.read(path, ":")
 
 
-@pytest.mark.parametrize(
-    ("column", "word"), [(-5, "-3"), (-5, "0.5"), (-6, "3000000000"), (7, "-5"), (8, "-1")]
-)
-def test_a_number_that_no_component_has_is_refused(tmp_path, column, word):
-    path = write(tmp_path / "a.extxyz", mixture())
-    lines = path.read_text().split("\n")
-    words = lines[2].split(" ")
-    words[column] = word
-    path.write_text("\n".join([*lines[:2], " ".join(words), *lines[3:]]))
-    with pytest.raises(FileError):
-        carom.io.read(path, 0)
+def ending_in(value, array):
+    """Return a copy of an array, or number, that ends in a value."""
+    array = np.array(array, dtype=float)
+    array.reshape(-1)[-1] = value
+    return array if array.ndim else float(array)
 
 
 @pytest.mark.parametrize("suffix", [".h5md", ".extxyz", ".gsd"])
 def test_what_readers_refuse_is_never_written(tmp_path, suffix):
     frame = mixture()[0]
-    bad = {
-        "masses": -frame.masses,
-        "diameters": -frame.diameters,
-        "box": (-1.0, 5.0, 5.0),
-        "species": frame.species - 1,
-        "step": -1,
-        "time": -1.0,
-        "images": np.full((13, 3), 2**40),
-        "velocities": frame.velocities[:, :2],
-    }
+    bad = [
+        ("masses", -frame.masses), ("diameters", -frame.diameters), ("box", (-1.0, 5.0, 5.0)),
+        ("species", frame.species - 1), ("step", -1), ("time", -1.0), ("images", np.full((13, 3), 2**40)),
+        ("velocities", frame.velocities[:, :2]),
+    ]  # fmt: skip
+    reals = ("positions", "velocities", "box", "diameters", "masses", "time")
+    infinite = [(name, ending_in(x, getattr(frame, name))) for name in reals for x in (np.nan, np.inf)]
     with carom.io.open(tmp_path / f"a{suffix}", "w") as writer:
         writer.write(frame)
-        for name, value in bad.items():
+        for name, value in bad + infinite:
             with pytest.raises(InputError, match=f"The frame's {name} "):
                 writer.write(dataclasses.replace(frame, **{name: value}))
     assert len(carom.io.read(tmp_path / f"a{suffix}", ":")) == 1
@@ -491,18 +508,8 @@ def test_an_event_that_no_run_has_is_refused(tmp_path, name, value):
 @st.composite
 def damages(draw):
     """A function that damages bytes: overwrites, cuts out, repeats."""
-    steps = draw(
-        st.lists(
-            st.tuples(
-                st.sampled_from(["set", "cut", "copy"]),
-                st.floats(0, 1),
-                st.floats(0, 1),
-                st.binary(max_size=16),
-            ),
-            min_size=1,
-            max_size=4,
-        )
-    )
+    kind, part = st.sampled_from(["set", "cut", "copy"]), st.floats(0, 1)
+    steps = draw(st.lists(st.tuples(kind, part, part, st.binary(max_size=16)), min_size=1, max_size=4))
 
     def damage(content):
         changed = bytearray(content)
@@ -557,20 +564,21 @@ def test_any_damage_to_a_log_or_a_checkpoint_is_a_sentence(tmp_path, damage):
             read(path)
 
 
-def test_other_readers_take_files_with_checksums(tmp_path):
-    import MDAnalysis
+HEADS = {
+    ".h5md": b"\x89HDF\r\n\x1a\n", ".gsd": b"\xdb\x1d\x2a\x5f\x2e\xb0\x0f\xef", ".extxyz": b"3\n",
+    ".h5": b"carom-checkpoint 1 3 ",
+}  # fmt: skip
 
-    frames = make_frames(3, count=3)
-    path = write(tmp_path / "a.h5md", frames)
-    universe = MDAnalysis.Universe(str(path))
-    assert len(universe.trajectory) == 3
-    np.testing.assert_array_equal(universe.trajectory[2].positions, frames[2].positions.astype(np.float32))
-    with h5py.File(path) as file:
-        kinds = collections.Counter(
-            bool(file[name].fletcher32) for name in (f"{GROUP}/position/value", f"{GROUP}/position/step")
-        )
-        assert kinds == {True: 2}
-        np.testing.assert_array_equal(file[f"{GROUP}/velocity/value"][1], frames[1].velocities)
+
+@pytest.mark.parametrize("suffix", HEADS)
+@EXAMPLES
+@given(data=st.data())
+def test_random_bytes_are_file_errors_only(tmp_path, suffix, data):
+    path = tmp_path / f"random{suffix}"
+    path.write_bytes(data.draw(st.sampled_from([b"", HEADS[suffix]])) + data.draw(st.binary(max_size=600)))
+    for read in (checkpoint.load, read_events, read_initial) if suffix == ".h5" else (carom.io.read,):
+        with pytest.raises(FileError):
+            read(path)
 
 
 def test_an_output_that_is_refused_leaves_the_file_as_it_was(tmp_path):
@@ -599,3 +607,65 @@ def test_atoms_that_make_no_frame_are_refused(name, value):
     atoms.arrays[name] = np.full(atoms.arrays[name].shape, value)
     with pytest.raises(InputError):
         carom.io.from_ase(atoms)
+
+
+# No file that is read can run code: pickles and arrays of objects are refused by every reader, unopened.
+
+
+class Bomb:
+    """What leaves a file behind when it is unpickled."""
+
+    def __init__(self, mark):
+        self.mark = mark
+
+    def __reduce__(self):
+        return (open, (str(self.mark), "w"))
+
+
+READERS = {
+    "io.read": lambda path: carom.io.read(path, ":"),
+    "io.open": lambda path: carom.io.open(path, "r").__enter__()[0],
+    "io.rebuild": lambda path: carom.io.rebuild(path, path.with_name(f"again{path.suffix}"), 1),
+    "Simulation.load": carom.Simulation.load,
+    "read_events": read_events,
+    "read_initial": read_initial,
+    "replay": lambda path: replay(path, time=0.0),
+}
+
+
+def pickled(path, bomb):
+    path.write_bytes(pickle.dumps(bomb))
+
+
+def array_of_objects(path, bomb):
+    with path.open("wb") as file:
+        np.save(file, np.array([bomb], dtype=object), allow_pickle=True)
+
+
+def pickle_inside(path, bomb):
+    """Make an HDF5 file whose positions, and all else, are one opaque pickle."""
+    with h5py.File(path, "w") as file:
+        word = np.void(pickle.dumps(bomb))
+        for name in ("particles/all/position/value", "state/rows", "positions", "events", "scene"):
+            file[name] = word
+        for name in ("version", "kind", "creator", "format"):
+            file.attrs[name] = word
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("suffix", [".h5md", ".extxyz", ".gsd", ".h5", ".npy"])
+@pytest.mark.parametrize("hide", [pickled, array_of_objects, pickle_inside])
+def test_a_file_that_would_run_code_is_refused(tmp_path, reader, suffix, hide):
+    path, mark = tmp_path / f"hostile{suffix}", tmp_path / "mark"
+    hide(path, Bomb(mark))
+    with pytest.raises(CaromError):
+        READERS[reader](path)
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("hide", [pickled, array_of_objects])
+def test_the_bomb_is_one(tmp_path, hide):
+    path, mark = tmp_path / "hostile.npy", tmp_path / "mark"
+    hide(path, Bomb(mark))
+    np.load(path, allow_pickle=True)
+    assert mark.exists()

@@ -21,31 +21,30 @@ from carom.io.formats import FOREIGN
 
 ROWS = ((1.5, 2.25, 3.125), (11.25, 12.5, 17.25))
 """Positions, whose digits are all needed."""
+NUMBERED = "".join(f"{i} 1 {x} {y} {z}\n" for i, (x, y, z) in enumerate(ROWS, 1))
+NAMED = "".join(f"Ar {x} {y} {z}\n" for x, y, z in ROWS)
 
 
 def _dump(k):
-    rows = "".join(f"{i} 1 {x} {y} {z}\n" for i, (x, y, z) in enumerate(ROWS, 1))
     return (
         f"ITEM: TIME\n{k / 4}\nITEM: TIMESTEP\n{100 * k}\nITEM: NUMBER OF ATOMS\n2\n"
-        f"ITEM: BOX BOUNDS pp pp pp\n0 20\n0 20\n0 20.5\nITEM: ATOMS id type x y z\n{rows}"
+        f"ITEM: BOX BOUNDS pp pp pp\n0 20\n0 20\n0 20.5\nITEM: ATOMS id type x y z\n{NUMBERED}"
     )
 
 
 def _data(k):
-    rows = "".join(f"{i} 1 {x} {y} {z}\n" for i, (x, y, z) in enumerate(ROWS, 1))
     head = (
         "a start\n\n2 atoms\n1 atom types\n\n0 20 xlo xhi\n0 20 ylo yhi\n0 20.5 zlo zhi\n\nMasses\n\n1 2.5\n"
     )
-    return f"{head}\nAtoms # atomic\n\n{rows}\nVelocities\n\n1 0.5 0.25 1.5\n2 -0.5 0.25 -1.75\n"
+    return f"{head}\nAtoms # atomic\n\n{NUMBERED}\nVelocities\n\n1 0.5 0.25 1.5\n2 -0.5 0.25 -1.75\n"
 
 
 def _xyz(k):
-    return "2\n\n" + "".join(f"Ar {x} {y} {z}\n" for x, y, z in ROWS)
+    return "2\n\n" + NAMED
 
 
 def _extxyz(k):
-    head = f'2\nLattice="20 0 0 0 20 0 0 0 20.5" Properties=species:S:1:pos:R:3 time={k / 4}\n'
-    return head + "".join(f"Ar {x} {y} {z}\n" for x, y, z in ROWS)
+    return f'2\nLattice="20 0 0 0 20 0 0 0 20.5" Properties=species:S:1:pos:R:3 time={k / 4}\n' + NAMED
 
 
 def _gro(k):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import gzip
+import itertools
 import json
 import lzma
 import sys
@@ -19,6 +20,7 @@ import carom
 from carom.cli import app
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
 from carom.io.foreign_source import opened, pass_lines
+from carom.io.lammps import _box
 
 N, EDGE, COUNT = 27, 6.0, 3
 RNG = np.random.default_rng(5)
@@ -118,18 +120,6 @@ def test_types_that_are_numbers_are_in_the_order_of_their_values(tmp_path):
         np.testing.assert_array_equal(frame.diameters, SIZES)
 
 
-def test_a_dump_that_says_the_time_has_it_and_others_have_that_of_their_steps(tmp_path):
-    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 {wrapped(i, k)}")
-    assert [frame.time for frame in read(path)[0]] == [0.0, 1000.0, 2000.0]
-    text = path.read_text()
-    for k in range(COUNT):
-        text = text.replace(
-            f"ITEM: TIMESTEP\n{1000 * k}\n", f"ITEM: TIME\n{0.25 * k}\nITEM: TIMESTEP\n{1000 * k}\n"
-        )
-    path.write_text(text)
-    assert [frame.time for frame in read(path)[0]] == [0.0, 0.25, 0.5]
-
-
 @pytest.mark.parametrize("columns", ["xs ys zs", "xu yu zu", "xsu ysu zsu", "x y z ix iy iz"])
 def test_scaled_unwrapped_and_wrapped_coordinates_with_images_are_the_same(tmp_path, columns):
     """The corner of the box is not at 0; types are words."""
@@ -182,6 +172,16 @@ def test_a_tilted_box_is_read_and_one_tilted_in_other_ways_is_refused(tmp_path):
     path.write_text(path.read_text().replace("0 6 0", "0 6 0.5"))
     with pytest.raises(FileError, match="a tilt of y along x alone"):
         carom.open(path)
+
+
+@pytest.mark.parametrize("tilts", itertools.product((-1.0, 0.5), repeat=3))
+def test_the_bounds_in_a_dump_are_those_of_all_corners_of_its_cell(tilts):
+    bounds = np.array([[-3.0, 9.0], [1.0, 8.0], [2.0, 5.0]])
+    cell, low, _ = _box("xy xz yz pp pp pp", np.column_stack([bounds, tilts]))
+    assert (cell[1, 0], cell[2, 0], cell[2, 1]) == tilts
+    corners = low + np.array(list(itertools.product((0.0, 1.0), repeat=3))) @ cell
+    np.testing.assert_array_equal(corners.min(axis=0), bounds[:, 0])
+    np.testing.assert_array_equal(corners.max(axis=0), bounds[:, 1])
 
 
 def test_a_box_whose_shear_begins_at_right_angles_is_sheared_from_the_start(tmp_path):
@@ -298,13 +298,6 @@ def test_the_density_of_a_point_in_a_data_file_is_its_mass(tmp_path):
     np.testing.assert_allclose(frame.masses, [2.5 * np.pi / 48, 2.5] * 2, rtol=4e-16)
 
 
-def test_a_pdb_file_is_read_also_where_it_is_compressed_as_mdanalysis_reads_none(tmp_path):
-    by_ase(tmp_path / "a.pdb")
-    (tmp_path / "b.pdb.xz").write_bytes(lzma.compress((tmp_path / "a.pdb").read_bytes()))
-    for frame, other in zip(*(read(tmp_path / name)[0] for name in ("a.pdb", "b.pdb.xz")), strict=True):
-        np.testing.assert_array_equal(frame.positions, other.positions)
-
-
 def test_momenta_of_elements_that_are_numbers_are_velocities_as_ase_has_them(tmp_path):
     rows = [f"{z} {words(x)} 1 2 3" for z, x in zip(KINDS + 10, PLACES, strict=True)]
     head = f'{N}\nLattice="6 0 0 0 6 0 0 0 6" Properties=Z:I:1:pos:R:3:momenta:R:3'
@@ -331,12 +324,10 @@ def test_a_box_of_pdb_whose_edges_are_one_stands_for_none(tmp_path):
 
 def test_a_data_file_that_hides_its_style_or_lacks_rows_is_refused(tmp_path):
     rows = [f"{i} 1 0.5 2.0 {xyz}" for i, xyz in PLACED.items()]
-    for style, text in (("", "expected a line 'Atoms # STYLE'"), (" # wild", "its atom style is wild")):
-        (tmp_path / "a.data").write_bytes(data(style, rows))
-        with pytest.raises(FileError, match=text):
-            carom.open(tmp_path / "a.data")
     whole = data(" # sphere", rows)
     for changed, text in (
+        (data("", rows), "expected a line 'Atoms # STYLE'"),
+        (data(" # wild", rows), "its atom style is wild"),
         (data(" # sphere", rows[:3]), "has 3 rows, and 4 atoms were announced"),
         (whole.replace(b"2 1 0 0\n", b""), "Velocities lacks 1 atoms, such as 2"),
         (whole.replace(b"-2 2 xlo xhi", b""), "holds no box"),
@@ -349,28 +340,21 @@ def test_a_data_file_that_hides_its_style_or_lacks_rows_is_refused(tmp_path):
 
 def test_a_dump_that_announces_another_number_names_the_frame(tmp_path):
     path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 {wrapped(i, k)}")
+    whole = path.read_text()
     for number, text in (("28", "frame 0 ends after 27 of 28"), ("26", "where an ITEM was expected")):
-        path.write_text(path.read_text().replace("ATOMS\n27", f"ATOMS\n{number}", 1))
+        path.write_text(whole.replace("ATOMS\n27", f"ATOMS\n{number}", 1))
         with pytest.raises(FileError, match=text):
             carom.open(path)
-        path.write_text(path.read_text().replace(f"ATOMS\n{number}", "ATOMS\n27", 1))
 
 
-@pytest.mark.parametrize("value", ["inf", "nan"])
-def test_coordinates_that_are_no_numbers_are_named(tmp_path, value):
-    path = dump(tmp_path / "a.dump", "id type x y z ix iy iz", lambda i, k: f"{i + 1} 1 {value} 1 {i} 0 0 0")
+@pytest.mark.parametrize("row", ["inf 1 1", "nan 1 2", "1 2 nan"])
+def test_coordinates_that_are_no_numbers_are_named_and_not_taken_for_equal_ones(tmp_path, row):
+    path = dump(tmp_path / "a.dump", "id type x y z ix iy iz", lambda i, k: f"{i + 1} 1 {row} 0 0 0",
+                box=("0 6", "0 6", "0 1"))  # fmt: skip
     with (
-        pytest.warns(CaromWarning, match="a mass of 1, time steps for times; no velocities"),
+        pytest.warns(CaromWarning, match="a mass of 1, time steps for times; no velocities") as told,
         pytest.raises(FileError, match="in frame 0 the positions hold NaN or infinite values"),
     ):
-        carom.io.read(path, 0)
-
-
-def test_coordinates_that_are_no_numbers_are_not_taken_for_equal_ones(tmp_path):
-    path = dump(
-        tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 1 2 nan", box=("0 6",) * 2 + ("0 1",)
-    )
-    with pytest.warns(CaromWarning) as told, pytest.raises(FileError, match="frame 0 the positions hold NaN"):
         carom.io.read(path, 0)
     assert "dimensions" not in str(told[0].message)
 

@@ -306,22 +306,6 @@ def test_a_file_of_edmd_is_a_start_and_a_trajectory(tmp_path):
     assert [frame.time for frame in read(path)] == [0.0, 1.0, 2.0]
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("0.1 1.2\n0.2 1.3\n", "for its number of particles"),  # press.n2.v210.0000.sph
-        ("2\n5 6 7\na 1 1 1 .5\n", "ends inside frame 0"),
-        ("1\n5 6\na 1 1 1 .5\n", "three edges"),
-        ("1\n5 6 7\na 1 1 .5\n", "five words"),
-        ("0\n5 6 7\n", "for its number of particles"),
-    ],
-)
-def test_what_is_no_configuration_of_edmd_is_refused(tmp_path, text, says):
-    (tmp_path / "a.sph").write_text(text)
-    with pytest.raises(FileError, match=says):
-        carom.open(tmp_path / "a.sph")
-
-
 def test_what_touches_a_wall_is_between_the_walls_whatever_single_precision_says(tmp_path):
     rows = [[1.0, 0.0 - 3e-7, 1.0], [3.0, EDGE + 4e-7, 3.0], [5.0, 4.0, 5.0]]
     path = tmp_path / "a.xyz"
@@ -383,18 +367,27 @@ def test_gro_has_as_many_decimals_as_its_writer_likes(tmp_path, decimals):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("name", "text", "says"),
     [
-        ("t\n2\n{0}\n{1}\n5 5\n", "the box of frame 0 is '5 5'; expected three numbers"),
-        ("t\n2\n{0}\n    2SOL     OW    2   1.000   2.0x0   3.000\n5 5 5\n", "'   2.0x0' where particle 2"),
-        ("t\nmany\n{0}\n{1}\n5 5 5\n", "'many' for its number of particles"),
-        ("t\n2\n{0}\n5 5 5\n", "ends inside frame 0"),
+        ("a.gro", "t\n2\n{0}\n{1}\n5 5\n", "the box of frame 0 is '5 5'; expected three numbers"),
+        (
+            "a.gro",
+            "t\n2\n{0}\n    2SOL     OW    2   1.000   2.0x0   3.000\n5 5 5\n",
+            "'   2.0x0' where particle 2",
+        ),
+        ("a.gro", "t\nmany\n{0}\n{1}\n5 5 5\n", "'many' for its number of particles"),
+        ("a.gro", "t\n2\n{0}\n5 5 5\n", "ends inside frame 0"),
+        ("a.sph", "0.1 1.2\n0.2 1.3\n", "for its number of particles"),  # press.n2.v210.0000.sph
+        ("a.sph", "2\n5 6 7\na 1 1 1 .5\n", "ends inside frame 0"),
+        ("a.sph", "1\n5 6\na 1 1 1 .5\n", "three edges"),
+        ("a.sph", "1\n5 6 7\na 1 1 .5\n", "five words"),
+        ("a.sph", "0\n5 6 7\n", "for its number of particles"),
     ],
 )
-def test_lines_of_gro_that_are_wrong_are_named(tmp_path, text, says):
-    (tmp_path / "a.gro").write_text(text.format(*HEAD))
+def test_lines_of_gro_and_of_edmd_that_are_wrong_are_named(tmp_path, name, text, says):
+    (tmp_path / name).write_text(text.format(*HEAD))
     with pytest.raises(FileError, match=says):
-        carom.open(tmp_path / "a.gro")
+        carom.open(tmp_path / name)
 
 
 def test_many_frames_of_gro_are_found_in_time_proportional_to_them(tmp_path):

@@ -1,7 +1,5 @@
 """Trajectories of mixtures, of walls, and of diameters that grow: every format, other readers."""
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
 from itertools import product
@@ -115,7 +113,8 @@ def test_ase_reads_species_and_walls(names, symbols, tmp_path):
 @pytest.mark.parametrize("names", NAMES.values(), ids=NAMES)
 def test_a_frame_becomes_atoms_and_comes_back(dimension, names):
     frame = frames_of(dimension, names)[0]
-    assert_equal(carom.io.from_ase(frame.to_ase()), frame)
+    for each in (frame, dataclasses.replace(frame, images=None)):
+        assert_equal(carom.io.from_ase(each.to_ase()), each)
     assert frame.to_ase().pbc.tolist() == [*frame.periodic, *[False] * (3 - dimension)]
 
 
@@ -140,11 +139,3 @@ def test_a_run_between_walls_is_written_and_started_again_from(unscheduled, tmp_
         assert again.periodic == scene.periodic
         assert again.species_names == scene.species_names
         np.testing.assert_array_equal(again.species, scene.species)
-
-
-def test_a_kind_without_a_name_is_no_frame(tmp_path):
-    path = written(tmp_path / "a.extxyz", frames_of(3, count=1))
-    text = path.read_text().replace('species_names="small,big"', 'species_names="small"')
-    path.write_text(text)
-    with pytest.raises(carom.FileError, match="kind"):
-        carom.io.read(path)

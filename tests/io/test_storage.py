@@ -2,7 +2,6 @@
 
 import json
 import warnings
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +12,7 @@ import carom
 from carom import Frame, Scene, Simulation, io
 from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
 from carom.simulation.files import checkpoint
-from carom.studies.runs import storage, underway
+from carom.studies.runs import driver, storage
 
 
 def plan(frames=None, trajectory=None):
@@ -24,16 +23,36 @@ def amount(asked, scene, checkpoint=0):
     return storage.amount(asked, scene, checkpoint)
 
 
-def test_small_systems_have_a_hundred_frames_in_two_formats():
-    assert amount(plan(), Scene.crystal(cells=5, packing_fraction=0.45)) == (("h5md", "extxyz"), 100)
+def short(per_particle=20.0, **run):
+    """Return a plan of 108 spheres, of a moment."""
+    return SceneFile(
+        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=per_particle, pictures=False, **run),
+    )
 
 
-def test_the_default_run_is_read_by_ovito_and_ase_and_larger_ones_leave_no_text():
-    """These read the text alone."""
-    scene = Scene.random(2048, 0.45)
-    assert amount(SceneFile(), scene) == (("h5md", "extxyz"), 100)
-    assert 100 * scene.n * 3 * (storage.BYTES["h5md"] + storage.BYTES["extxyz"]) < 60e6
-    assert amount(plan(), Scene.random(2500, 0.45)) == (("h5md",), 100)
+def fluid(n, dimension=3):
+    return SimpleNamespace(n=n, dimension=dimension)
+
+
+@pytest.mark.parametrize(
+    ("asked", "scene", "state", "found"),
+    [
+        (plan(), fluid(500), 0, (("h5md", "extxyz"), 100)),
+        (SceneFile(), fluid(2048), 0, (("h5md", "extxyz"), 100)),  # the default run: OVITO and ASE read text
+        (plan(), fluid(2500), 0, (("h5md",), 100)),
+        # Files have three coordinates. So the half of 200 MB that a checkpoint leaves hold 16 frames of 10^5.
+        (plan(), fluid(100_000), 100e6, (("h5md",), 16)),
+        (plan(), fluid(100_000, 2), 100e6, (("h5md",), 16)),
+        # What is asked for is written whatever its size.
+        (plan(1000, ("extxyz", "gsd")), fluid(10_976), 0, (("extxyz", "gsd"), 1000)),
+        (plan(1000), fluid(10_976), 0, (("h5md",), 1000)),
+        (plan(7), fluid(10_976), 0, (("h5md", "extxyz"), 7)),
+        (plan(trajectory=()), fluid(10_976), 0, ((), 100)),
+    ],
+)
+def test_a_run_keeps_what_is_asked_for_or_as_much_as_fits(asked, scene, state, found):
+    assert amount(asked, scene, state) == found
 
 
 def size(scene, formats, frames, state):
@@ -63,6 +82,7 @@ def kept(scene, state):
     return formats, storage.without_trajectory(plan(), scene, formats, state)
 
 
+@pytest.mark.slow  # for its memory
 def test_a_million_spheres_leave_no_room_for_a_frame_and_of_two_million_the_checkpoint_is_too_large():
     """What a state takes is in proportion to N."""
     scene = Scene.crystal(cells=63, packing_fraction=0.45)
@@ -145,30 +165,11 @@ def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(e
         assert array.tobytes() == packed[name].tobytes()
 
 
-def test_disks_take_as_much_as_spheres():
-    """Files have three coordinates. So the half of 200 MB that a checkpoint leaves hold 16 frames of 10^5."""
-    spheres = Scene.random(100_000, packing_fraction=0.1, seed=0)
-    disks = Scene.random(100_000, packing_fraction=0.1, dimension=2, seed=0)
-    assert amount(plan(), spheres, 100e6) == amount(plan(), disks, 100e6) == (("h5md",), 16)
-
-
-def test_what_is_asked_for_is_written_whatever_its_size():
-    scene = Scene.crystal(cells=14, packing_fraction=0.45)
-    assert amount(plan(1000, ("extxyz", "gsd")), scene) == (("extxyz", "gsd"), 1000)
-    assert amount(plan(1000), scene) == (("h5md",), 1000)
-    assert amount(plan(7), scene) == (("h5md", "extxyz"), 7)
-    assert amount(plan(trajectory=()), scene) == ((), 100)
-
-
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("form", ["h5md", "extxyz", "gsd"])
 def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_path):
-    scene, dice = (
-        Scene.random(5000, packing_fraction=0.3, dimension=dimension, seed=0),
-        np.random.default_rng(1),
-    )
-    ones = np.ones(5000)
-    sizes = []
+    scene, dice = Scene.random(5000, 0.3, dimension, seed=0), np.random.default_rng(1)
+    ones, sizes = np.ones(5000), []
     for count in (4, 12):
         path = tmp_path / f"{count}.{form}"
         with io.open(path, "w", scene) as writer:
@@ -187,10 +188,7 @@ def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_pa
 
 
 def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
-    small = SceneFile(
-        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0, pictures=False),
-    )
+    small = short()
     # Two dozen frames of 108 spheres in one format, beside a checkpoint.
     monkeypatch.setattr(storage, "SMALL", 0.0)
     state = checkpoint.size_of_file(Simulation(small.build_scene(), seed=1)._state)
@@ -208,17 +206,14 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
 
 def everything_is_large(monkeypatch):
     """What is done with states of more than 100 MB is done with any."""
-    for module in (io.checkpoint, underway):
+    for module in (io.checkpoint, driver):
         monkeypatch.setattr(module, "LARGE", 0.0)
 
 
 def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monkeypatch):
     """Its g(r) is that of the state at the end: what the one frame would have held."""
-    small = SceneFile(
-        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0, pictures=False),
-    )
-    one = carom.run(replace(small, run=replace(small.run, frames=1)), tmp_path / "one")
+    small = short()
+    one = carom.run(short(frames=1), tmp_path / "one")
     everything_is_large(monkeypatch)
     sim = Simulation(small.build_scene(), seed=1)
     sim.run(time=0.0)
@@ -241,10 +236,7 @@ def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monke
 
 
 def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_path, monkeypatch):
-    small = SceneFile(
-        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=200.0, checkpoint_every=1e-3, pictures=False),
-    )
+    small = short(200.0, checkpoint_every=1e-3)
     everything_is_large(monkeypatch)
     monkeypatch.setattr(storage, "KEPT", 0.0)
     with warnings.catch_warnings():

@@ -15,10 +15,9 @@ import carom
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import Ball, Cuboid, Gravity, Plane, Segment, Sine, Triangle, own
-from carom.models.obstacles import convex
-from carom.models.obstacles.dressing import Shaken, dressed
-from carom.models.questions.obstacle import arrival, fall, outward
-from carom.models.questions.particles import NEVER, Particles
+from carom.models.interfaces import convex
+from carom.models.interfaces.particles import NEVER, Particles
+from carom.models.obstacles.with_properties import Shaken, dressed
 from carom.units import TimeUnit
 
 EDGE, RADIUS, SWING = 6.0, 0.5, Sine(0.3, period=1.7)
@@ -59,10 +58,9 @@ def shaken(body, d):
     return Shaken(body, direction, SWING), direction
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("moves", [False, True])
 @pytest.mark.parametrize("d", [1, 2, 3])
-def test_events_are_those_of_an_oracle_that_knows_corners_only(d, moves):
+def test_events_are_those_of_an_oracle_that_knows_corners_only(plain, d, moves):
     count, g = (8, 8, 5)[d - 1], (-0.9, -0.2, 0.1)[:d]
     unit = np.eye(d, dtype=int)
     floors = [Floor(tuple(sign * each), -edge) for each in unit for sign, edge in ((1, 0), (-1, EDGE))]
@@ -143,7 +141,7 @@ def test_first_contacts_are_those_found_by_looking_everywhere_in_any_unit_of_len
             gaps = gap(times)
             if gaps[0] < 0.01:
                 continue
-            t = fall(scaled, tuple(scale * g), scale * x, scale * v, scale * RADIUS, scale * growth, 0.0)
+            t = scaled.fall(tuple(scale * g), scale * x, scale * v, scale * RADIUS, scale * growth, 0.0)
             if gaps.min() > 0.0:
                 missed += 1
                 assert t > times[-1] or abs(gap(t)) < 1e-12
@@ -164,7 +162,7 @@ def test_a_graze_touches_or_misses_by_a_hair():
             # At t = 1 the top is straight above the block's edge, flying along it.
             x, v = np.array([1.0, RADIUS + side * hair - 0.5]), np.array([1.0, 1.0])
             x[0] = -2.0 * RADIUS
-            t = fall(block, (0.0, -1.0), x, v, RADIUS, 0.0, 0.0)
+            t = block.fall((0.0, -1.0), x, v, RADIUS, 0.0, 0.0)
             height = x[1] + (v[1] - 0.5 * t) * t
             reach = math.hypot(min(x[0] + v[0] * t, 0.0), height) if t < NEVER else None
             assert t < NEVER
@@ -174,8 +172,8 @@ def test_a_graze_touches_or_misses_by_a_hair():
     for hair in (1e-6, 1e-12):
         x, v = np.array([-1.0, RADIUS - 0.5]), np.array([1.0, 1.0])
         over = np.array([0.0, hair])
-        assert fall(stick, (0.0, -1.0), x + over, v, RADIUS, 0.0, 0.0) == NEVER
-        assert abs(fall(stick, (0.0, -1.0), x - over, v, RADIUS, 0.0, 0.0) - 1.0) < 4.0 * hair**0.5
+        assert stick.fall((0.0, -1.0), x + over, v, RADIUS, 0.0, 0.0) == NEVER
+        assert abs(stick.fall((0.0, -1.0), x - over, v, RADIUS, 0.0, 0.0) - 1.0) < 4.0 * hair**0.5
 
 
 def test_what_touches_now_and_what_leaves():
@@ -187,28 +185,28 @@ def test_what_touches_now_and_what_leaves():
         model, hair = body.model(), 2.0**-53
         for height in (RADIUS, RADIUS - hair):
             x = np.array([2.0, height])
-            assert fall(model, (0.0, -1.0), x, np.array([0.3, -1.0]), RADIUS, 0.0, 0.0) == 0.0
-            assert fall(model, (0.0, -1.0), x, np.array([0.3, 0.0]), RADIUS, 0.0, 0.0) == 0.0
-            back = fall(model, (0.0, -1.0), x, np.array([0.3, 1.0]), RADIUS, 0.0, 0.0)
+            assert model.fall((0.0, -1.0), x, np.array([0.3, -1.0]), RADIUS, 0.0, 0.0) == 0.0
+            assert model.fall((0.0, -1.0), x, np.array([0.3, 0.0]), RADIUS, 0.0, 0.0) == 0.0
+            back = model.fall((0.0, -1.0), x, np.array([0.3, 1.0]), RADIUS, 0.0, 0.0)
             assert abs(back - 2.0) < 1e-15
             # On its way over the end it does not come back to the side, but to the corner, or beside it.
-            assert fall(model, (0.0, -1.0), x, np.array([3.0, 1.0]), RADIUS, 0.0, 0.0) == NEVER
-            assert outward(model, x, 1) == 1.0
+            assert model.fall((0.0, -1.0), x, np.array([3.0, 1.0]), RADIUS, 0.0, 0.0) == NEVER
+            assert model.outward(x, 1) == 1.0
 
 
 def test_what_is_at_rest_beside_what_swings_is_asked_for_one_period(monkeypatch):
     swinging = dressed(Segment((0.0, 0.0), (0.0, 1.0), shake=SWING, direction=(1.0, 0.0))).live(particles(2))
     for x, touches in (([0.9, 0.5], False), ([0.7, 0.5], True), ([0.2, 1.6], False), ([0.2, 1.4], True)):
-        t = arrival(swinging, np.array(x), np.zeros(2), RADIUS, 0.0, 0.0)
+        t = swinging.arrival(np.array(x), np.zeros(2), RADIUS, 0.0, 0.0)
         assert (t < NEVER) == touches
         assert t == NEVER or t < SWING.period
     # It goes to and fro below, and is expected again and again.
     wide = Segment((0.0, 0.0), (0.0, 1.0), shake=Sine(2.0, period=1.7), direction=(1.0, 0.0))
     swinging, steps, step = dressed(wide).live(particles(2)), [], convex.time_to_plane
     monkeypatch.setattr(convex, "time_to_plane", lambda *asked: steps.append(asked) or step(*asked))
-    assert arrival(swinging, np.array([0.2, 1.52]), np.zeros(2), RADIUS, 0.0, 0.0) == NEVER
+    assert swinging.arrival(np.array([0.2, 1.52]), np.zeros(2), RADIUS, 0.0, 0.0) == NEVER
     assert 3 < len(steps) < 20
-    assert arrival(swinging, np.array([0.2, 1.48]), np.zeros(2), RADIUS, 0.0, 0.0) < 0.2
+    assert swinging.arrival(np.array([0.2, 1.48]), np.zeros(2), RADIUS, 0.0, 0.0) < 0.2
 
 
 def test_planes_and_balls_are_met_alike_as_closest_points():
@@ -238,14 +236,13 @@ def test_planes_and_balls_are_met_alike_as_closest_points():
                 x, v, g = rng.uniform(-4, 4, d), rng.normal(size=d), tuple(rng.normal(size=d).tolist())
                 if np.linalg.norm(x - center) < 1.7:
                     continue
-                first, second = (fall(each, g, x, v, RADIUS, 0.0, 0.0) for each in models)
+                first, second = (each.fall(g, x, v, RADIUS, 0.0, 0.0) for each in models)
                 met += first < NEVER
                 assert first == second or abs(first - second) < 1e-12 * first
     assert met > 20
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_fall_among_bodies_keeps_its_energy_and_a_shaken_one_gives_what_it_says():
+def test_a_fall_among_bodies_keeps_its_energy_and_a_shaken_one_gives_what_it_says(plain):
     places = [[1.5, 8.5], [4.0, 8.0], [6.2, 7.9], [8.0, 8.3]]
     still = [Cuboid((2, 2), (4, 3)), Segment((5, 3), (8, 5)), Triangle((5, 1), (8, 1), (8, 2.5), 0.1)]
     mine = Lens((2.0, 5.0), (0.8, 0.1), 0.2)
@@ -271,8 +268,7 @@ def test_a_fall_among_bodies_keeps_its_energy_and_a_shaken_one_gives_what_it_say
     assert abs(work) > 0.1
 
 
-@pytest.mark.usefixtures("plain")
-def test_what_is_shaken_across_the_edge_of_a_periodic_box_is_met_in_its_nearest_image():
+def test_what_is_shaken_across_the_edge_of_a_periodic_box_is_met_in_its_nearest_image(plain):
     block = Cuboid((-1.0, 3.0), (1.5, 4.0), shake=Sine(1.4, period=1.7), direction=(1.0, 0.0))
     places = [[1.5, 6.5], [4.0, 7.0], [6.2, 1.9], [4.0, 1.0]]
     scene = carom.Scene(places, 8.0, walls="y", motion=Gravity((0.2, -1.0)), obstacles=[block])

@@ -4,35 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from helpers.faces import (
-    EDGE,
-    LOSS,
-    Flypaper,
-    beds,
-    continued,
-    every_shape,
-    every_wall,
-    floor_at,
-    growing,
-)
+from helpers.faces import EDGE, LOSS, Flypaper, beds, every_shape, every_wall, floor_at, growing
 from helpers.magnetic import Magnetic
 from helpers.plain import uncompiled
 
 import carom
 from carom.compiling.entry import entry
 from carom.errors import InputError
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
-from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.blocks import Cuboid
+from carom.models import Ball, Cuboid, Gravity, Loss, Plane, Segment, Sine, SphericalContainer, polygon
+from carom.models.interfaces.walls import soonest_wall
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN, cushions
-from carom.models.obstacles.containers import SphericalContainer
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.faces import stand_ins, yielding
-from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.segments import Segment, polygon
-from carom.models.questions.walls import soonest_wall
+from carom.models.obstacles.with_properties import Shaken, Surface, Thermal
 
 EPS = np.finfo(float).eps
 OPEN = (False, False)
@@ -88,15 +71,6 @@ def test_what_grows_meets_what_lies_in_a_wall(plain):
         assert hits["ceiling"] > 0
         assert "y_low" not in hits
         assert least > -EDGE * ROUNDING_MARGIN
-
-
-def test_a_run_on_a_floor_in_a_wall_is_continued_and_replayed_bit_for_bit(plain, tmp_path):
-    same, hits, _ = continued(tmp_path)
-    assert same == [True, True, True]
-    assert hits["floor"] > 0
-    assert hits["patch"] > 0
-    assert hits["x_high"] > 0  # beside the patch
-    assert "y_low" not in hits
 
 
 @entry
@@ -203,8 +177,7 @@ def test_the_pressure_on_a_wall_is_that_on_what_stands_for_it():
     carom.WallPressure("ball").begin(scene(ball))
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_motion_that_answers_for_all_walls_is_refused_with_one_that_is_none():
+def test_a_motion_that_answers_for_all_walls_is_refused_with_one_that_is_none(unscheduled):
     carom.Simulation(scene(motion=Magnetic(1.5)), seed=0)
     for obstacle in (floor_at(2, 1, 0), Ball((2.0, -0.5), 0.5)):
         with pytest.raises(InputError, match=r"y_low.*Magnetic answers wall_meeting"):

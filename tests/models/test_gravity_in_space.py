@@ -8,12 +8,10 @@ import pytest
 from helpers.round_things import around_a_ball
 
 import carom
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Falling, Gravity
+from carom.models import Gravity, Loss, Plane
+from carom.models.motions.gravity import Falling
 from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.named_walls import axes_without
-from carom.models.obstacles.planes import Plane
-from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
 
 
@@ -83,7 +81,7 @@ def test_bounces_on_a_circle_keep_their_energy_on_average():
     for _ in range(4000):
         turn, far = rng.uniform(0.0, 2.0 * math.pi), 4.0 + rng.uniform(0.0, 2.0**-51)
         x = (5.0 + far * math.cos(turn), 5.0 + far * math.sin(turn))
-        normal = [outward(body, x, axis) for axis in (0, 1)]
+        normal = [body.outward(x, axis) for axis in (0, 1)]
         if math.hypot(x[0] - 5.0, x[1] - 5.0) < 4.0:
             continue
         v = rng.normal(size=2).tolist()

@@ -5,15 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.naive.falling import Floor, fall
+from helpers.naive.falling import fall, over_a_floor as events_over_a_floor
 
 import carom
 from carom.io.events import read_events
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
+from carom.models import Gravity, Loss, Plane, Sine
 from carom.models.obstacles.named_walls import axes_without
-from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.planes import Plane
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
 AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3
@@ -30,31 +27,15 @@ def bed(d, restitution, n=5):
     up = (*[0.0] * (d - 1), 1.0)
     floor = Plane(up, OFFSET, "floor", shake=Sine(AMPLITUDE, PERIOD), impact=loss)
     return carom.Scene(
-        places,
-        (*[EDGE] * (d - 1), HEIGHT),
-        velocities=0.3 * rng.normal(size=places.shape),
-        walls=axes_without((*[True] * (d - 1), False)),
-        motion=Gravity((*[0.1] * (d - 1), -1.0)),
-        obstacles=[floor],
-        impact=loss,
-    )
+        places, (*[EDGE] * (d - 1), HEIGHT), velocities=0.3 * rng.normal(size=places.shape),
+        walls=axes_without((*[True] * (d - 1), False)), motion=Gravity((*[0.1] * (d - 1), -1.0)),
+        obstacles=[floor], impact=loss,
+    )  # fmt: skip
 
 
 def oracle(scene, restitution):
-    across = (0,) * (scene.dimension - 1)
-    return fall(
-        scene.positions.tolist(),
-        scene.velocities.tolist(),
-        scene.motion.g,
-        [
-            Floor((*across, 1), 0),
-            Floor((*across, -1), -HEIGHT),
-            Floor((*across, 1), OFFSET, AMPLITUDE, PERIOD, restitution),
-        ],
-        box=(*[EDGE] * (scene.dimension - 1), 0),
-        restitution=restitution,
-        contact_time=CONTACT_TIME,
-    )
+    lost = {"restitution": restitution, "contact_time": CONTACT_TIME}
+    return events_over_a_floor(scene, OFFSET, AMPLITUDE, PERIOD, restitution, **lost)
 
 
 def assert_events_are_the_oracles(d, restitution, count, time=60.0):
@@ -77,9 +58,8 @@ def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     return pairs
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("d", "count", "time"), [(2, 30, 14.0), (3, 18, 16.0)])
-def test_events_are_those_of_the_oracle(d, count, time):
+def test_events_are_those_of_the_oracle(plain, d, count, time):
     assert assert_events_are_the_oracles(d, 0.9, count, time) > 3
 
 

@@ -13,9 +13,6 @@ from carom import seeds
 from carom.compiling.entry import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
-from carom.models.questions.interaction import core_square, interaction_time, jump
-from carom.models.questions.observer import PairEvent, at_pair
-from carom.models.questions.obstacle import encounter, outward
 from carom.simulation.system_of_scene import prepare
 from carom.units import TimeUnit
 
@@ -224,7 +221,6 @@ def roofed(floor, path):
     return floored(floor, Plane((0.0, -1.0), -7.75, "Roof", shake=path))
 
 
-# Several models in a scene: each kind of scene takes Numba ten seconds.
 BITS = {
     "cores that tire, in a bath, between a floor and a roof on a path": (
         roofed(Floor(0.5), Swing(0.2, 3.0)).replace(
@@ -288,18 +284,17 @@ def answers(pair, impact, drive, floor, motion, path, x, v):
     kicked = v.copy()
     drive.kick(3, 1.0, x, kicked, 0.5)
     met = impact.exchanged_part(2, 3, 4.0, -2.0, 1.0), impact.exchanged_part(3, 4, 4.0, -2.0, 1.001)
-    pairs = interaction_time(pair, 0, 1, 4.0, -2.0, 2.0, 0.0), core_square(pair, 0, 1, 0.0)
+    pairs = pair.interaction_time(0, 1, 4.0, -2.0, 2.0, 0.0), pair.core_square(0, 1, 0.0)
     flight = motion.position(1, 2.0, -1.0, 0.5), motion.velocity(1, -1.0, 0.5)
     return (
-        *pairs, *jump(pair, 0, 1, 1.0, -2.0, 0.0), *met, impact.last[3],
+        *pairs, *pair.jump(0, 1, 1.0, -2.0, 0.0), *met, impact.last[3],
         drive.next_time(3, x, v, 0.0), kicked[0], kicked[1], drive.drawn[3],
-        encounter(floor, x, v, 0.5, 0.0), outward(floor, x, 1),
+        floor.encounter(x, v, 0.5, 0.0), floor.outward(x, 1),
         *flight, *motion.exit_time(1, 2.0, -1.0, 0.0, 8.0), path.place(0.3), path.pace(0.3),
     )  # fmt: skip
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_compiled_answers_of_ones_own_are_those_of_plain_python():
+def test_compiled_answers_of_ones_own_are_those_of_plain_python(unscheduled):
     def models():
         model = carom.Simulation(TIRED, seed=1)._state.engine.model
         falling, _, _ = BITS["disks that fall"]
@@ -332,14 +327,9 @@ def test_an_observer_of_ones_own_counts_what_the_run_counts(tmp_path):
 
 
 VALUES = [
-    Cores(1.0),
-    Well(1.0, 1.5, 1.0),
-    Falling((0.0, -0.5)),
-    Tired(0.9, 1e-2),
-    Floor(0.5),
-    Bath(2.0, 1.0, 1),
+    Cores(1.0), Well(1.0, 1.5, 1.0), Falling((0.0, -0.5)), Tired(0.9, 1e-2), Floor(0.5), Bath(2.0, 1.0, 1),
     Tally(8),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
@@ -400,8 +390,7 @@ def meeting_of(a, b, share):
     return share * (a + b)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_fields_and_arrays_are_what_their_names_say():
+def test_fields_and_arrays_are_what_their_names_say(unscheduled):
     charge = np.arange(60) % 2
     value = Charged(charge, [[1.0, 2.0], [2.0, 3.0]][0])
     assert not value.charge.flags.writeable
@@ -419,19 +408,6 @@ def test_fields_and_arrays_are_what_their_names_say():
     assert carom.check(value).passed
     with pytest.raises(InputError, match="charge of Charged has 60 values; expected 6, one a particle"):
         carom.Scene.random(6, 0.1, 2, interaction=value)
-
-
-@pytest.mark.usefixtures("unscheduled")
-def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_scenes():
-    fast = np.random.default_rng(1).normal(size=(60, 2)) * 2.0**40
-    scene = FLUID.replace(velocities=fast, motion=Falling((0.0, -(2.0**80))), impact=Tired(0.9, 2.0**-40))
-    engine = carom.Simulation(
-        scene.replace(drive=Bath(2.0**80, 2.0**40, 1)), tuning=carom.Tuning(neighbors="sectors")
-    )._state.engine
-    unit = engine.model.motion.g[1] / -(2.0**80)
-    assert math.log2(unit) < -40.0
-    assert engine.model.impact.contact_time == 2.0**-40 / math.sqrt(unit)
-    assert carom.Simulation(scene.replace(drive=Bath(2.0**80, 2.0**40, 1))).drive.kT == 2.0**80
 
 
 @pytest.mark.usefixtures("both_ways")
@@ -454,12 +430,9 @@ def test_memory_is_copied_and_times_are_shifted():
 def cores(**changes):
     """Return the body of a class of cores, with other methods or fields."""
     body = {
-        "__annotations__": {"diameter": float},
-        "__module__": __name__,
-        "reach": Cores.reach,
-        "interaction_time": Cores.interaction_time,
-        "jump": Cores.jump,
-    }
+        "__annotations__": {"diameter": float}, "__module__": __name__, "reach": Cores.reach,
+        "interaction_time": Cores.interaction_time, "jump": Cores.jump,
+    }  # fmt: skip
     return type("Odd", (), {name: each for name, each in {**body, **changes}.items() if each is not None})
 
 
@@ -485,31 +458,29 @@ def shows(self, i, j, rr, rv, now):
         ({"jump": None}, "Odd is an interaction and has no jump: give it def jump(self, i, j, rr, rv, now)."),
         ({"jump": None, "jmp": Cores.jump}, "has no jump, but jmp: give it"),
         ({"reach": None}, "Odd is an interaction and has no reach: give it def reach(self, scene)."),
-        (
-            {"reach": short},
-            "reach of Odd must be written def reach(self, scene), found the parameters (self, i,",
-        ),
+        ({"reach": short},
+         "reach of Odd must be written def reach(self, scene), found the parameters (self, i,"),
         ({"sum": own.memory(0, "many")}, "The memory sum has as many items as the field many, which is no"),
         ({"__annotations__": {"_d": float}}, "The field _d of Odd begins with an underscore: leave that out"),
-        (
-            {"jump": short},
-            "must be written def jump(self, i, j, rr, rv, now), found the parameters (self, i,",
-        ),
+        ({"jump": short},
+         "must be written def jump(self, i, j, rr, rv, now), found the parameters (self, i,"),
         ({"contact_tme": short}, "Odd has contact_tme, which nobody asks; did you mean contact_time?"),
-        ({"jump": calls, "helped": short}, "jump of Odd calls the method helped, which compiled code cannot"),
-        (
-            {"jump": asks},
-            "jump of Odd reads self.diametre, which is no number and no array of the class; did",
+        *(
+            ({"__annotations__": {"diameter": float, name: float}},
+             f"Odd has a field {name}, which is the name of a question that Carom asks of an interaction")
+            for name in ("contact_time", "shift_epoch", "mass_of")
         ),
+        ({"jump": calls, "helped": short, "core_square": None, "growth_of": short},
+         "Odd has growth_of: write growth."),
+        ({"jump": asks},
+         "jump of Odd reads self.diametre, which is no number and no array of the class; did"),
         ({"jump": shows, "label": "x"}, "jump of Odd reads self.label, which is no number and no array"),
-        (
-            {"__annotations__": {"diameter": list}},
-            "The field diameter of Odd is annotated with list; expected",
-        ),
+        ({"__annotations__": {"diameter": list}},
+         "The field diameter of Odd is annotated with list; expected"),
         ({"__annotations__": {"diameter": "Nowhere"}}, "An annotation of Odd cannot be read: name 'Nowhere'"),
         ({"step_time": short}, "step_time of Odd must be written def step_time(self, i, j, step, rr, rv, vv"),
     ],
-)
+)  # fmt: skip
 def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
     with pytest.raises(InputError, match=re.escape(words)):
         own.interaction(cores(**body))
@@ -539,25 +510,19 @@ def assigns_at_the_end(self, block):
         (Well, {"events": own.memory(0)}, "The events of steps is an array of Carom's own: give the field"),
         (Falling, {"conserves": lambda self: False}, "(self, axis), found the parameters (self)."),
         (Falling, {"straight": lambda self: False}, "must be written straight = ..., found the parameters"),
-        (
-            Tired,
-            {"transfer": lambda self, rr, *, rv: 1.0},
-            "(self, rr, rv), found the parameters (self, rr, *",
-        ),
+        (Tired, {"transfer": lambda self, rr, *, rv: 1.0},
+         "(self, rr, rv), found the parameters (self, rr, *"),
         (Floor, {"gap": 3.0}, "written def gap(self, positions, radii, box, periodic), found 3.0."),
         (Floor, {"is_periodic": lambda self: True}, "and no anchor: give it def anchor(self, axis)."),
         (Floor, {"is_periodic": True}, "must be written def is_periodic(self), found the boolean true."),
         (Bath, {"pace": 1.0}, "pace of Odd must be written def pace(self, scene), found 1.0."),
-        (
-            Tally,
-            {"result": lambda self, block: 0.0},
-            "written def result(self), found the parameters (self, b",
-        ),
+        (Tally, {"result": lambda self, block: 0.0},
+         "written def result(self), found the parameters (self, b"),
         (Tally, {"at_pair": assigns}, "at_pair of Odd assigns to .hits, and fields and arrays stay what"),
         (Tally, {"add": assigns_at_the_end}, "add of Odd assigns to .hits, and fields and arrays stay what"),
         (Swing, {"lowest": lambda self: 0.0}, "must be written lowest = ..., found the parameters (self)."),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_declaration_of_each_kind_is_refused_in_a_sentence(base, body, words):
     with pytest.raises(InputError, match=re.escape(words)):
         odd(base, **body)
@@ -575,61 +540,51 @@ CHECKED = [
     (odd(Well, step_of=lambda self, distance: 0.5)(1.0, 1.5, 1.0), "must be an integer"),
     (odd(Well, step_of=lambda self, distance: 7)(1.0, 1.5, 1.0), "between -1 and 1, found 7"),
     (odd(Falling, position=lambda self, axis, x, v, t: None)((0.0,)), "found nothing."),
-    (
-        odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
-        "kick of Odd returns a ndarray; expected nothing: write the new velocity into v",
-    ),
-    (
-        odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),
-        "exit_time of Odd must return the time, and 1 at the upper end or 0, found 1.0.",
-    ),
+    (odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
+     "kick of Odd returns a ndarray; expected nothing: write the new velocity into v"),
+    (odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),
+     "exit_time of Odd must return the time, and 1 at the upper end or 0, found 1.0."),
     (odd(Tired, transfer=lambda self, rr, rv: "a")(0.9, 0.1), "a number, found the string"),
     (odd(Bath, next_time=lambda self, i, x, v, time: (1.0,))(1.0, 1.0, 1), "a number, found"),
     (odd(Floor, encounter=lambda self, x, v, radius, growth: (1.0, 2.0))(0.5), "encounter of Odd"),
-]
+]  # fmt: skip
 
 
-@pytest.mark.usefixtures("plain")
+def beside(obstacle):
+    return carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[obstacle])
+
+
+def convex(**methods):
+    """Return an obstacle that says its closest point alone."""
+    body = {"__module__": __name__, "closest": lambda self, x, axis: 4.0, **methods}
+    return own.obstacle(type("Odd", (), body))()
+
+
+WIDE = convex(closest=lambda self, x, axis: x)
+
+
 @pytest.mark.parametrize(
     ("ask", "value", "words"),
     [
         *((carom.check, *row) for row in CHECKED),
-        (
-            lambda value: value.gap(np.ones((3, 2)), np.ones(3), (8.0, 8.0), (False, False)),
-            odd(Floor, gap=lambda self, positions, radii, box, periodic: positions)(0.5),
-            "gap of Odd must return 3 distances, one a particle, found the shape (3, 2).",
-        ),
+        (lambda value: value.gap(np.ones((3, 2)), np.ones(3), (8.0, 8.0), (False, False)),
+         odd(Floor, gap=lambda self, positions, radii, box, periodic: positions)(0.5),
+         "gap of Odd must return 3 distances, one a particle, found the shape (3, 2)."),
         (shaken, odd(Swing, place=lambda self, t: None)(0.2, 3.0), "place of Odd must return a number"),
         (shaken, odd(Swing, lowest="a")(0.2, 3.0), "lowest of Odd must be a number, found the string 'a'."),
-        (
-            lambda value: carom.Simulation(FLUID.replace(drive=value)),
-            odd(Bath, pace=lambda self, scene: None)(1.0, 1.0, 1),
-            "pace(scene) of Odd must be a number, found nothing.",
-        ),
-        (
-            lambda value: carom.Simulation(FLUID.replace(interaction=value)),
-            odd(Well, energies=lambda self: ("a", "b"))(1.0, 1.5, 1.0),
-            "energies() of Odd must return one energy for each of at least two steps, found ('a', 'b').",
-        ),
+        (beside, WIDE, "closest of Odd must return a number, found a list of 2."),
+        (beside, convex(rounding=lambda self: -1.0), "rounding() of Odd must be at least 0, found -1.0."),
+        (lambda value: carom.Simulation(FLUID.replace(drive=value)),
+         odd(Bath, pace=lambda self, scene: None)(1.0, 1.0, 1),
+         "pace(scene) of Odd must be a number, found nothing."),
+        (lambda value: carom.Simulation(FLUID.replace(interaction=value)),
+         odd(Well, energies=lambda self: ("a", "b"))(1.0, 1.5, 1.0),
+         "energies() of Odd must return one energy for each of at least two steps, found ('a', 'b')."),
     ],
-)
-def test_a_wrong_answer_is_refused_in_a_sentence_that_names_its_method(ask, value, words):
+)  # fmt: skip
+def test_a_wrong_answer_is_refused_in_a_sentence_that_names_its_method(plain, ask, value, words):
     with pytest.raises(InputError, match=re.escape(words)):
         ask(value)
-
-
-@pytest.mark.parametrize(
-    ("method", "words"),
-    [
-        ({"closest": lambda self, x, axis: x}, "closest of Odd must return a number, found a list of 2."),
-        ({"rounding": lambda self: -1.0}, "rounding() of Odd must be at least 0, found -1.0."),
-    ],
-)
-def test_a_convex_obstacle_with_a_wrong_answer_is_refused(method, words):
-    bodies = {"closest": lambda self, x, axis: 4.0, **method}
-    body = own.obstacle(type("Odd", (), {"__module__": __name__, **bodies}))()
-    with pytest.raises(InputError, match=re.escape(words)):
-        carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[body])
 
 
 @pytest.mark.parametrize(
@@ -681,7 +636,6 @@ def test_check_says_that_a_last_step_without_a_core_has_a_negative_end():
         (lambda: carom.Simulation(FLUID).sample(0.1, 3), "sample() takes every=, "),
         (lambda: carom.Simulation(FLUID, 300.0), "Simulation takes kT=, seed=, "),
         (lambda: carom.io.rebuild("a.extxyz", "a.h5md", "all"), "keep must be an integer"),
-        (lambda: FLUID.replace(interaction=Cores), "found the class Cores, not a value of it"),
         (lambda: FLUID.replace(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
         (lambda: carom.check(Swing(0.1, 1.0)), "Swing is a path: check the obstacle that moves along it"),
         (lambda: carom.Simulation(FLUID, observers=[Cores(1.0)]), "An observer is a value of a class with"),
@@ -720,22 +674,6 @@ def test_a_well_refuses_pairs_where_they_have_no_step():
         carom.Simulation(FLUID.replace(interaction=Well(1.2, 1.5, 1.0)))
 
 
-# ------------------------------------------------------------------------------------ carom.check
-
-
-@own.observer
-class Few:
-    seen = own.memory(0, 3)
-
-    def at_pair(self, event):
-        self.seen[event.i] += 1
-
-
-def test_check_tells_an_observer_of_events():
-    with pytest.raises(InputError, match=r"Few fails where .* Python: IndexError.* says dimensions=\(2,\)\."):
-        carom.check(Few())
-
-
 # ------------------------------------------------------------------- code that changes, and is kept
 
 
@@ -744,8 +682,7 @@ def kicked(drive, v):
     return v[0]
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_class_that_is_defined_again_is_another():
+def test_a_class_that_is_defined_again_is_another(unscheduled):
     # As a notebook cell that is edited and run again.
     def drive_to(speed):
         def wanted():
@@ -787,20 +724,25 @@ class Wall:
         return positions[:, 0] - self.place - radii
 
     def encounter(self, x, v, radius, growth):
-        return pulled(self.place) + radius
+        return pulled(self.place) + self._thick(radius)
 
     def outward(self, x, axis):
         return 1.0 if axis == 0 else 0.0
+
+    def _thick(self, radius):
+        return self.twice(radius) - radius
+
+    def twice(self, radius):
+        return 2.0 * radius
 """
 PROBE = """
 from carom.compiling import machine
 from carom.compiling.entry import entry
-from carom.models.questions.obstacle import encounter
 from walls import Wall
 
 @entry
 def probe(obstacle, x):
-    return encounter(obstacle, (x,), (0.0,), 0.0, 0.0)
+    return obstacle.encounter((x,), (0.0,), 0.5, 0.0)
 
 said, compile_ = [], machine.machine_code
 machine.machine_code = lambda text: said.append(text) or compile_(text)
@@ -809,34 +751,18 @@ print("compiled" if said else "loaded", time)
 """
 
 
-def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
-    (tmp_path / "walls.py").write_text(MODULE)
+def test_code_of_a_class_and_of_methods_that_compiled_ones_call_is_kept_until_it_changes(tmp_path):
     (tmp_path / "probe.py").write_text(PROBE)
 
-    def said():
+    def said(text):
+        (tmp_path / "walls.py").write_text(text)
         return python("-B", "probe.py", cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")).strip()
 
-    assert [said(), said()] == ["compiled 3.0", "loaded 3.0"]
-    (tmp_path / "walls.py").write_text(MODULE.replace("STRENGTH = 2.0", "STRENGTH = 4.0"))
-    assert [said(), said()] == ["compiled 6.0", "loaded 6.0"]
-    (tmp_path / "walls.py").write_text(MODULE.replace("+ radius", "+ radius + 1.0"))
-    assert [said(), said()] == ["compiled 4.0", "loaded 4.0"]
-
-
-def told(observer, event):
-    at_pair(observer, event)
-
-
-@pytest.mark.usefixtures("unscheduled")
-def test_a_method_that_cannot_be_compiled_is_named():
-    @own.observer
-    class Odd:
-        seen = own.memory(0, 1)
-
-        def at_pair(self, event):
-            self.seen[0] += len(event._asdict())
-
-    value = Odd().model(carom.Simulation(FLUID)._state.system.particles)
-    zeros = np.zeros(2)
-    with pytest.raises(InputError, match="at_pair of Odd cannot be compiled: line"):
-        entry(told)(value, PairEvent(0, 1, 0.5, zeros, zeros, zeros, zeros, -1.0, 0))
+    assert [said(MODULE), said(MODULE)] == ["compiled 3.5", "loaded 3.5"]
+    for old, new, time in (
+        ("STRENGTH = 2.0", "STRENGTH = 4.0", 6.5),
+        ("+ self._thick", "+ 1.0 + self._thick", 4.5),
+        ("2.0 * radius", "3.0 * radius", 4.0),
+    ):
+        edited = MODULE.replace(old, new)
+        assert [said(edited), said(edited)] == [f"compiled {time}", f"loaded {time}"]

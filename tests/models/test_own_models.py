@@ -16,25 +16,13 @@ import carom
 from carom.compiling.entry import entry
 from carom.compiling.lanes import asked_of, make_lanes
 from carom.errors import InputError
-from carom.models.contacts.restitution import Restitution
-from carom.models.interactions.growing_cores import Growing
-from carom.models.interactions.hard_cores import HardCores
+from carom.models import Ball, FreeFlight, Gravity, HardCores, Restitution
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import NEVER, lanes
+from carom.models.interfaces.steps import SteppedModel
 from carom.models.mathematics.contact import elastic, first_contact
-from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles.balls import Ball
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.interaction import (
-    contact_time,
-    core_square,
-    growth,
-    interaction_time,
-    jump,
-    mass,
-    radius,
-)
-from carom.models.questions.obstacle import encounter, outward, recoil
-from carom.models.questions.particles import NEVER, lanes
-from carom.models.questions.steps import step_time
 from carom.scene.fields import is_simple, is_usual
 from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay
@@ -100,16 +88,6 @@ def test_a_class_on_the_page_is_short(name):
     assert len([line for line in body.splitlines() if line.strip()]) <= LENGTHS[name]
 
 
-@pytest.mark.parametrize(
-    "value",
-    [HardCores(), Growing(), FreeFlight(), Restitution(0.7, 0.1), HardCores([[1.0, 0.7], [0.7, 0.8]])],
-)
-def test_the_models_of_the_package_keep_all_conditions(value):
-    found = carom.check(value, pairs=100)
-    assert found.passed, str(found)
-    assert min(found.tried.values()) >= 100
-
-
 def test_the_usual_models_may_be_given_by_name():
     scene = SCENE.replace(interaction=HardCores(), motion=FreeFlight(), impact=Restitution(0.9, 0.01))
     assert (scene.impact.restitution, scene.impact.elastic_below) == (0.9, 0.01)
@@ -129,9 +107,8 @@ def keep_to_walls_and_balls(wraps, n, box, count, seed=0):
     assert min(each.hits for each in sim.obstacles) > 0
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("wraps", "seed"), [((1, 0), 0), ((0, 0), 1)])
-def test_charges_in_a_magnetic_field_keep_to_walls_and_balls(wraps, seed):
+def test_charges_in_a_magnetic_field_keep_to_walls_and_balls(plain, wraps, seed):
     keep_to_walls_and_balls(wraps, 6, (6.0, 5.5), 100, seed)
 
 
@@ -142,8 +119,7 @@ def test_many_charges_in_a_magnetic_field_keep_to_walls_and_balls(wraps):
         keep_to_walls_and_balls(wraps, 20, (10.0, 9.0), 200, seed)
 
 
-@pytest.mark.usefixtures("plain")
-def test_charges_that_grow_keep_to_the_walls():
+def test_charges_that_grow_keep_to_the_walls(plain):
     growing = charges(4, (5.0, 5.5), (0, 0))
     sim = carom.Simulation(growing, growth=0.05, seed=3)
     assert -min(least_gap(frame, growing) for frame in sim.sample(every=0.25, count=16)) < DEPTH
@@ -151,8 +127,6 @@ def test_charges_that_grow_keep_to_the_walls():
 
 
 def test_a_motion_of_two_axes_is_checked_in_two_dimensions():
-    from carom.models.motions.gravity import Gravity
-
     report = carom.check(Gravity((0.0, -1.0)))
     assert report.passed
     assert report.tried["III"] == 2 * 200
@@ -161,49 +135,37 @@ def test_a_motion_of_two_axes_is_checked_in_two_dimensions():
 # ---------------------------------------------------------------------------------------- indices
 
 
-class Numbered(NamedTuple):
+class Numbered(PairModel):
     """Hard cores whose distance, radii and masses follow from the numbers of the two."""
 
     table: np.ndarray
     count: int
 
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - self.core_square(i, j, now), rv, vv)
 
-@interaction_time.register
-def _(pair: Numbered, i, j, rr, rv, vv, now):
-    return first_contact(rr - core_square(pair, i, j, now), rv, vv)
+    def contact_time(self, i, j, rr, rv, vv, now):
+        return max(first_contact(rr - self.core_square(i, j, now), rv, vv), 0.0), False
 
+    def core_square(self, i, j, now):
+        smaller = 0.01 * ((i + j) % 3) + (0.01 if min(i, j) & 1 else 0.0)
+        return (
+            self.table[i, j] - smaller - 0.001 * ((i ^ j) & 1) - 1e-4 * (int(i) + int(j) < self.count)
+        ) ** 2
 
-@contact_time.register
-def _(pair: Numbered, i, j, rr, rv, vv, now):
-    return max(first_contact(rr - core_square(pair, i, j, now), rv, vv), 0.0), False
+    def jump(self, i, j, rr, rv, now):
+        ours, theirs = self.mass_of(i), self.mass_of(j)
+        factor = 2.0 * ours * theirs / (ours + theirs) * rv / rr
+        return factor / ours, factor / theirs, -factor * rr
 
+    def mass_of(self, i):
+        return 1.0 + ((i & 3) + (i - self.count) % 2)
 
-@core_square.register
-def _(pair: Numbered, i, j, now):
-    smaller = 0.01 * ((i + j) % 3) + (0.01 if min(i, j) & 1 else 0.0)
-    return (pair.table[i, j] - smaller - 0.001 * ((i ^ j) & 1) - 1e-4 * (int(i) + int(j) < pair.count)) ** 2
+    def radius_of(self, i, now):
+        return 0.5 - 0.01 * (i & 1) - 0.01 * ((i - self.count) & 2)
 
-
-@jump.register
-def _(pair: Numbered, i, j, rr, rv, now):
-    ours, theirs = mass(pair, i), mass(pair, j)
-    factor = 2.0 * ours * theirs / (ours + theirs) * rv / rr
-    return factor / ours, factor / theirs, -factor * rr
-
-
-@mass.register
-def _(pair: Numbered, i):
-    return 1.0 + ((i & 3) + (i - pair.count) % 2)
-
-
-@radius.register
-def _(pair: Numbered, i, now):
-    return 0.5 - 0.01 * (i & 1) - 0.01 * ((i - pair.count) & 2)
-
-
-@growth.register
-def _(pair: Numbered, i):
-    return 0.0 * (i & 1)
+    def growth_of(self, i):
+        return 0.0 * (i & 1)
 
 
 class NumberedCores:
@@ -232,25 +194,19 @@ class NumberedLoss:
         return Losing(0.95)
 
 
-class Lower(NamedTuple):
+class Lower(ObstacleModel):
     """A floor that throws components back by their numbers."""
 
     height: float
 
+    def encounter(self, x, v, radius, growth):
+        return max((x[1] - self.height - radius) / -v[1], 0.0) if v[1] < 0.0 else NEVER
 
-@encounter.register
-def _(obstacle: Lower, x, v, radius, growth):
-    return max((x[1] - obstacle.height - radius) / -v[1], 0.0) if v[1] < 0.0 else NEVER
+    def outward(self, x, axis):
+        return 1.0 if axis == 1 else 0.0
 
-
-@outward.register
-def _(obstacle: Lower, x, axis):
-    return 1.0 if axis == 1 else 0.0
-
-
-@recoil.register
-def _(obstacle: Lower, motion, i, mass, x, v, normal, growth, now):
-    v[1] = -v[1] * (1.0 - 0.1 * ((i & 1) + (i - 7) % 2))
+    def recoil(self, motion, i, mass, x, v, normal, growth, now):
+        v[1] = -v[1] * (1.0 - 0.1 * ((i & 1) + (i - 7) % 2))
 
 
 class Floor:
@@ -285,37 +241,12 @@ def noting(function):
     return asked
 
 
-class NotedCores(NumberedCores):
-    class Noted(Numbered): ...
-
-    def model(self, particles):
-        return self.Noted(*super().model(particles))
-
-
-class NotedLoss:
-    class Noted(Losing): ...
-
-    def model(self, particles):
-        return self.Noted(0.95)
-
-
-class NotedFloor(Floor):
-    class Noted(Lower): ...
-
-    def model(self):
-        return self.Noted(self.height)
-
-
+OF_PAIRS = "interaction_time", "contact_time", "core_square", "jump", "mass_of", "radius_of", "growth_of"
 QUESTIONS = {
-    NotedCores: (interaction_time, contact_time, core_square, jump, mass, radius, growth),
-    NotedFloor: (encounter, outward, recoil),
+    Numbered: OF_PAIRS,
+    Losing: ("transfer", "exchanged_part"),
+    Lower: ("encounter", "outward", "recoil"),
 }
-for value, questions in QUESTIONS.items():
-    for question in questions:
-        question.register(value.Noted, noting(question.registry[value.Noted.__base__]))
-METHODS = "transfer", "exchanged_part"  # of a contact law
-for name in METHODS:
-    setattr(NotedLoss.Noted, name, noting(getattr(Losing, name)))
 
 BY_NUMBERS = {
     "lists": {"tuning": carom.Tuning(neighbors="lists")},
@@ -349,14 +280,15 @@ def run_by_numbers(kind, path, cores, loss, floor):
     np.testing.assert_array_equal(run.frame().velocities, sim.frame().velocities)
 
 
-@pytest.mark.usefixtures("plain")
-def test_indices_are_whole_numbers_for_every_model(tmp_path):
-    SEEN.clear()
+def test_indices_are_whole_numbers_for_every_model(plain, tmp_path, monkeypatch):
+    for model, names in QUESTIONS.items():
+        for name in names:
+            monkeypatch.setattr(model, name, noting(getattr(model, name)))
     for kind in BY_NUMBERS:
-        run_by_numbers(kind, tmp_path / f"{kind}.h5", NotedCores(), NotedLoss(), NotedFloor())
+        run_by_numbers(kind, tmp_path / f"{kind}.h5", NumberedCores(), NumberedLoss(), Floor())
     assert {kind for _, kind in SEEN} <= {int, np.int64}
     # transfer, encounter and outward are asked without an index.
-    assert len({function for function, _ in SEEN}) == sum(map(len, QUESTIONS.values())) + len(METHODS) - 3
+    assert len({function for function, _ in SEEN}) == sum(map(len, QUESTIONS.values())) - 3
 
 
 @pytest.mark.slow
@@ -366,59 +298,53 @@ def test_indices_are_whole_numbers_in_compiled_code(kind, tmp_path):
 
 
 @lanes("radii")
-class Plain(NamedTuple):
+class Plain(PairModel):
     """Cores in lanes that do with their indices what a number of any type can."""
 
     radii: np.ndarray
     table: np.ndarray
 
-
-@interaction_time.register
-def _(pair: Plain, i, j, rr, rv, vv, now):
-    smaller, larger = (i, j) if i < j else (j, i)
-    found = (
-        pair.table[i, j]
-        + 1e4 * pair.table[(i + j) % 8, i ^ j]
-        + 10.0 * ((i + j) % 3)
-        + 100.0 * (larger - smaller)
-        + 1000.0 * (j // 2 - i)
-    )
-    return found + 0.5 * pair.radii[i] + pair.radii[j]
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        smaller, larger = (i, j) if i < j else (j, i)
+        found = (
+            self.table[i, j]
+            + 1e4 * self.table[(i + j) % 8, i ^ j]
+            + 10.0 * ((i + j) % 3)
+            + 100.0 * (larger - smaller)
+            + 1000.0 * (j // 2 - i)
+        )
+        return found + 0.5 * self.radii[i] + self.radii[j]
 
 
 @lanes("radii")
-class Pedantic(NamedTuple):
+class Pedantic(PairModel):
     """Cores in lanes that do with their indices what only numbers of one type can."""
 
     radii: np.ndarray
 
-
-@interaction_time.register
-def _(pair: Pedantic, i, j, rr, rv, vv, now):
-    found = np.sqrt(j) + float(i)
-    for k in (i, j):
-        found += pair.radii[k]
-    return found
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        found = np.sqrt(j) + float(i)
+        for k in (i, j):
+            found += self.radii[k]
+        return found
 
 
 @lanes("radii")
-class Stepped(NamedTuple):
+class Stepped(SteppedModel):
     """Steps in lanes that do arithmetic with their step."""
 
     radii: np.ndarray
 
-
-@step_time.register
-def _(pair: Stepped, i, j, step, rr, rv, vv, now):
-    return pair.radii[j] + 10.0 * pair.radii[step + 1] + 100.0 * ((step + i - j) % 5)
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        return self.radii[j] + 10.0 * self.radii[step + 1] + 100.0 * ((step + i - j) % 5)
 
 
 def _ask(pair, lanes, i, j):
-    return asked_of(interaction_time, pair, lanes, 3, i, j, (0.0, 0.0, 0.0, 0.0))
+    return asked_of("interaction_time", pair, lanes, 3, i, j, (0.0, 0.0, 0.0, 0.0))
 
 
 def _ask_stepped(pair, lanes, i, j, step):
-    return asked_of(step_time, pair, lanes, 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
+    return asked_of("step_time", pair, lanes, 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
 
 
 def in_lanes(pair, j):
@@ -431,19 +357,19 @@ def in_lanes(pair, j):
 @pytest.mark.parametrize(("i", "j"), [(2, 5), (5, 2)])
 def test_indices_are_whole_numbers_in_lanes_too(i, j):
     pair = Plain(np.arange(8.0), np.arange(64.0).reshape(8, 8))
-    expected = interaction_time(pair, i, j, 0.0, 0.0, 0.0, 0.0)
+    expected = pair.interaction_time(i, j, 0.0, 0.0, 0.0, 0.0)
     indices = np.uint64(i), np.uint32(j)  # as the engine's are
     assert entry(_ask)(pair, None, *indices) == expected
     assert entry(_ask)(pair, in_lanes(pair, j), *indices) == expected + 0.25  # which the lane holds
     stepped = Stepped(np.arange(8.0))
-    expected = step_time(stepped, i, j, 1, 0.0, 0.0, 0.0, 0.0)
+    expected = stepped.step_time(i, j, 1, 0.0, 0.0, 0.0, 0.0)
     assert entry(_ask_stepped)(stepped, None, *indices, np.int64(1)) == expected
     assert entry(_ask_stepped)(stepped, in_lanes(stepped, j), *indices, np.int64(1)) == expected + 0.25
 
 
 def test_lanes_serve_a_model_that_does_anything_with_its_indices():
     pair = Pedantic(np.arange(8.0))
-    expected = interaction_time(pair, 2, 5, 0.0, 0.0, 0.0, 0.0)
+    expected = pair.interaction_time(2, 5, 0.0, 0.0, 0.0, 0.0)
     assert entry(_ask)(pair, in_lanes(pair, 5), np.uint64(2), np.uint32(5)) == expected + 0.25
 
 
@@ -454,7 +380,7 @@ class Pocket(NamedTuple):
     thing: object
 
 
-class Holding(NamedTuple):
+class Holding(PairModel):
     """A model that holds something."""
 
     thing: Any
@@ -470,15 +396,11 @@ class Holding(NamedTuple):
     def transfer(self, rr, rv):
         return 1.0
 
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - 1.0, rv, vv)
 
-@interaction_time.register
-def _(pair: Holding, i, j, rr, rv, vv, now):
-    return first_contact(rr - 1.0, rv, vv)
-
-
-@jump.register
-def _(pair: Holding, i, j, rr, rv, now):
-    return elastic(pair, i, j, rr, rv)
+    def jump(self, i, j, rr, rv, now):
+        return elastic(self, i, j, rr, rv)
 
 
 class Holder:
@@ -489,7 +411,7 @@ class Holder:
 
     def model(self, particles):
         return Holding(
-            self.thing, particles.with_ghost(particles.masses), particles.with_ghost(particles.radii)
+            self.thing, particles.with_padding(particles.masses), particles.with_padding(particles.radii)
         )
 
 
@@ -554,28 +476,19 @@ def test_a_model_that_is_no_tuple_is_refused():
         carom.Simulation(SCENE.replace(motion=Value(None)), seed=0)
 
 
-class Misspelt(NamedTuple):
+class Misspelt(ObstacleModel):
     """A model one of whose answers reads what it has not."""
 
     height: float
 
-
-@encounter.register
-def _(obstacle: Misspelt, x, v, radius, growth):
-    above = x - obstacle.heigth
-    return above / -v
-
-
-def _meet(obstacle):
-    return encounter(obstacle, 0.0, 0.0, 0.0, 0.0)
+    def encounter(self, x, v, radius, growth):
+        return (x - self.heigth) / -v
 
 
 def test_what_cannot_be_compiled_is_one_sentence_with_the_name_of_the_model():
     with pytest.raises(InputError) as refused:
-        entry(_meet)(Misspelt(1.0))
-    text = str(refused.value)
-    words = r"encounter of Misspelt cannot be compiled: line \d+ of test_own_models.py, `above = x"
-    assert re.match(words, text)
-    assert "heigth" in text.partition("`: ")[2]
-    assert len(text) < 400
-    assert "\n" not in text
+        entry(lambda obstacle: obstacle.encounter(0.0, 0.0, 0.0, 0.0))(Misspelt(1.0))
+    words = r"encounter of Misspelt cannot be compiled: line \d+ of test_own_models.py, `return \(x - "
+    assert re.match(words, str(refused.value))
+    assert str(refused.value).endswith("a Misspelt has no heigth.")
+    assert "\n" not in str(refused.value)

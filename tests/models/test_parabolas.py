@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import math
-from typing import NamedTuple
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,20 +11,17 @@ import pytest
 import carom
 from carom.engine.obstacles import age_obstacles, make_obstacles
 from carom.errors import InputError
-from carom.models.contacts.losses import Loss
+from carom.models import Loss, Parabolas, Plane, Sine
 from carom.models.files.tables import from_table, obstacle_to_table
+from carom.models.interfaces.obstacle import ObstacleModel, PathModel
+from carom.models.interfaces.particles import NEVER, Particles
 from carom.models.mathematics.counter_random import normal, uniform
-from carom.models.motions.gravity import Falling, Gravity
+from carom.models.motions.gravity import Falling
 from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import cushions
 from carom.models.obstacles.containers import Inside
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
-from carom.models.obstacles.paths import Parabolas, Sine
-from carom.models.obstacles.planes import HalfSpace, Plane
-from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.obstacle import arrival, encounter, fall, outward, recoil, surface_speed
-from carom.models.questions.particles import NEVER, Particles
-from carom.models.questions.path import PathModel
+from carom.models.obstacles.planes import HalfSpace
+from carom.models.obstacles.with_properties import Shaken, Surface, Thermal, dressed
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays
 from carom.units import TimeUnit
@@ -128,10 +125,10 @@ def test_what_grows_on_a_parabola_touches_a_wall_with_the_surface_of_then(speed,
 def test_straight_flight_meets_what_moves():
     floor = Shaken(Plane((1.0,), 0.0), (1.0,), Sine(0.5, period=1.0)).live(particles(1))
     # At rest at 0.8: the floor comes to 0.3, asin(0.6) / 2 pi after the start.
-    t = arrival(floor, np.array([0.8]), np.array([0.0]), RADIUS, 0.0, 0.0)
+    t = floor.arrival(np.array([0.8]), np.array([0.0]), RADIUS, 0.0, 0.0)
     assert math.isclose(t, math.asin(0.6) / (2.0 * math.pi), rel_tol=1e-14)
-    assert arrival(floor, np.array([1.2]), np.array([0.0]), RADIUS, 0.0, 0.0) == NEVER
-    assert arrival(floor, np.array([5.0]), np.array([0.1]), RADIUS, 0.0, 0.0) == NEVER
+    assert floor.arrival(np.array([1.2]), np.array([0.0]), RADIUS, 0.0, 0.0) == NEVER
+    assert floor.arrival(np.array([5.0]), np.array([0.1]), RADIUS, 0.0, 0.0) == NEVER
 
 
 class Bump(PathModel):
@@ -157,7 +154,7 @@ class Bumps:
 
 def test_a_path_of_ones_own_is_met():
     floor = Shaken(Plane((1.0,), 0.0), (1.0,), Bumps()).live(particles(1))
-    t = fall(floor, (-1.0,), np.array([4.0]), np.array([0.0]), RADIUS, 0.0, 0.0)
+    t = floor.fall((-1.0,), np.array([4.0]), np.array([0.0]), RADIUS, 0.0, 0.0)
     assert abs(4.0 - 0.5 * t * t - RADIUS - floor.course.path.place(t)) < 1e-14
     for s in np.linspace(0.0, t, 1000)[:-1]:
         assert 4.0 - 0.5 * s * s - RADIUS > floor.course.path.place(s)
@@ -177,9 +174,7 @@ def test_parabolas_close_and_know_their_bounds():
 def test_the_phase_does_not_drift():
     floor = Shaken(Plane((1.0,), 0.0), (1.0,), Sine(0.5, period=0.7)).live(particles(1))
     for _ in range(100_000):
-        shift_epoch(floor, 4.0)
-    from fractions import Fraction
-
+        floor.shift_epoch(4.0)
     exact = Fraction(4.0) * 100_000 % Fraction(0.7)
     assert floor.phase[0] == float(exact)
 
@@ -191,9 +186,9 @@ def test_a_surface_loses_in_its_own_frame():
     )
     floor, up = value.live(particles(2)), np.array([0.0, 1.0])
     v = np.array([0.3, -4.0])
-    recoil(floor, Falling((0.0, -1.0), 0.0), 0, 1.0, np.zeros(2), v, up, 0.0, 0.0)
+    floor.recoil(Falling((0.0, -1.0), 0.0), 0, 1.0, np.zeros(2), v, up, 0.0, 0.0)
     # The floor moves up at 1/2: 4.5 before, and 1 - 0.2 sqrt(4.5 / 2) of it afterwards.
-    assert surface_speed(floor, up, 0.0) == 0.5
+    assert floor.surface_speed(up, 0.0) == 0.5
     assert math.isclose(v[1] - 0.5, 4.5 * (1.0 - 0.2 * math.sqrt(4.5 / 2.0)), rel_tol=1e-14)
     assert v[0] == 0.3
 
@@ -205,7 +200,7 @@ def test_a_thermal_wall_draws_from_a_gas_of_its_temperature():
     speeds = np.empty((count, 2))
     for k in range(count):
         speeds[k] = (0.1, -1.0)
-        recoil(wall, motion, k % 3, 0.5, np.zeros(2), speeds[k], up, 0.0, 0.0)
+        wall.recoil(motion, k % 3, 0.5, np.zeros(2), speeds[k], up, 0.0, 0.0)
     assert (speeds[:, 1] > 0.0).all()
     # kT / m = 4: the mean square along the wall is 4, and 8 along the normal; six standard errors.
     for values, mean, spread in ((speeds[:, 0] ** 2, 4.0, math.sqrt(32.0)), (speeds[:, 1] ** 2, 8.0, 8.0)):
@@ -219,7 +214,7 @@ def test_a_thermal_wall_prefers_no_direction_and_no_draw_is_used_twice():
     v = np.empty((count, 3))
     for k in range(count):
         v[k] = (0.1, 0.2, -1.0)
-        recoil(wall, Falling((0.0, 0.0, 0.0), 0.0), k % 3, 1.0, np.zeros(3), v[k], np.eye(3)[2], 0.0, 0.0)
+        wall.recoil(Falling((0.0, 0.0, 0.0), 0.0), k % 3, 1.0, np.zeros(3), v[k], np.eye(3)[2], 0.0, 0.0)
     # By reflection x y^2 is nothing on average, for any two axes along the wall; its variance is 3. Numbers
     # that share a draw have 0.28. Along the normal the mean square is 2: x z^2 has the variance 8.
     for a, b, variance in ((0, 1, 3.0), (1, 0, 3.0), (0, 2, 8.0), (1, 2, 8.0)):
@@ -242,23 +237,10 @@ def test_draws_are_uniform_and_of_their_own():
 def test_normals_follow_what_moves():
     ball = Shaken(Plane((1.0, 0.0), 0.0), (1.0, 0.0), Sine(0.5, period=4.0)).live(particles(2))
     ball = ball._replace(body=SolidBall((0.0, 0.0), 1.0))
-    from carom.models.questions.obstacle import at_time
 
-    at_time(ball, 1.0)  # displaced by 1/2
+    ball.at_time(1.0)  # displaced by 1/2
     x = np.array([0.5, 1.5])
-    assert [outward(ball, x, axis) for axis in range(2)] == [0.0, 1.0]
-
-
-def test_gravity_is_refused_where_it_is_no_field():
-    with pytest.raises(InputError):
-        Gravity((math.nan,))
-    with pytest.raises(InputError):
-        Gravity("down")
-
-
-def test_a_free_flight_stays_on_its_parabola():
-    motion = Falling((-2.0,), 0.0)
-    assert motion.position(0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
+    assert [ball.outward(x, axis) for axis in range(2)] == [0.0, 1.0]
 
 
 def test_a_nesting_that_would_lose_a_layer_is_refused():
@@ -290,7 +272,7 @@ def test_two_thermal_walls_of_one_seed_draw_different_numbers():
         model = wall.live(particles(2))
         for k in range(len(speeds)):
             v = np.array([0.1, 1.0])
-            recoil(model, motion, 0, 1.0, np.zeros(2), v, down, 0.0, 0.0)
+            model.recoil(motion, 0, 1.0, np.zeros(2), v, down, 0.0, 0.0)
             speeds[k] = v[0]
     assert abs(np.corrcoef(rebound_speed)[0, 1]) < 6.0 / math.sqrt(500)
     # Scenes made of it, and its files, have the same seeds.
@@ -306,7 +288,7 @@ def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, u
     # It moves at 10 pi: sideways, slanting or along the normal. At kT = 1e-6 a component goes with it.
     floor = Shaken(Plane(up, 0.0), direction, Sine(5.0, period=1.0))
     model, v = Thermal(floor, kT=1e-6).live(particles(2)), np.array([0.0, -1.0])
-    recoil(model, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array(up), 0.0, 0.0)
+    model.recoil(Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array(up), 0.0, 0.0)
     left = v - 10.0 * math.pi * np.array(direction)
     assert 0.0 < left @ up < 0.01
     assert abs(left @ (up[1], -up[0])) < 0.01
@@ -316,49 +298,38 @@ def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, u
 def test_a_component_that_grows_is_met_without_a_field_too(speed):
     # Beside a ball of radius 1, 2 away from its center; in containers of 4, 2 away from their center or axis.
     x, v, size = np.array([0.0, 2.0]), np.array([0.0, -speed]), 0.2
-    ball = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, v, RADIUS, size, 0.0)
+    ball = SolidBall((0.0, 0.0), 1.0).fall((0.0, 0.0), x, v, RADIUS, size, 0.0)
     assert math.isclose(ball, 0.5 / (size + speed), rel_tol=1e-12)
-    receding = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, -v, RADIUS, size, 0.0)
+    receding = SolidBall((0.0, 0.0), 1.0).fall((0.0, 0.0), x, -v, RADIUS, size, 0.0)
     assert math.isclose(receding, 0.5 / (size - speed), rel_tol=1e-12)
-    for body, g in (
-        (Inside(-1, (0.0, 0.0), 4.0), (0.0, 0.0)),
-        (Inside(0, (0.0, 0.0), 4.0), (-1.0, 0.0)),
-    ):
-        t = fall(body, g, x, -v, RADIUS, size, 0.0)
+    for body, g in ((Inside(-1, (0.0, 0.0), 4.0), (0.0, 0.0)), (Inside(0, (0.0, 0.0), 4.0), (-1.0, 0.0))):
+        t = body.fall(g, x, -v, RADIUS, size, 0.0)
         assert math.isclose(t, 1.5 / (size + speed), rel_tol=1e-12)
 
 
-class Piston(NamedTuple):
+class Piston(ObstacleModel):
     """A wall of one's own that moves up at a constant speed, and does not say what a contact does."""
 
     speed: float
     begun: np.ndarray
 
+    def encounter(self, x, v, radius, growth):
+        return NEVER
 
-@encounter.register
-def _(obstacle: Piston, x, v, radius, growth):
-    return NEVER
+    def surface_speed(self, up, now):
+        return self.speed * up[1]
 
-
-@surface_speed.register
-def _(obstacle: Piston, up, now):
-    return obstacle.speed * up[1]
-
-
-@shift_epoch.register
-def _(obstacle: Piston, duration):
-    obstacle.begun[0] += duration
+    def shift_epoch(self, duration):
+        self.begun[0] += duration
 
 
-class Clock(NamedTuple):
+class Clock(ObstacleModel):
     """An obstacle of one's own that has a memory, and no more."""
 
     told: np.ndarray
 
-
-@copy_state.register
-def _(obstacle: Clock, before, instant, passed, slower):
-    obstacle.told[0] = before.told[0]
+    def copy_state(self, before, instant, passed, slower):
+        self.told[0] = before.told[0]
 
 
 def test_an_obstacle_is_live_whichever_question_it_answers():
@@ -370,7 +341,7 @@ def test_an_obstacle_is_live_whichever_question_it_answers():
         age_obstacles(obstacles, 3.0)
     assert piston.begun[0] == 3.0
     v = np.array([0.3, -1.0])
-    recoil(piston, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array([0.0, 1.0]), 0.0, 0.0)
+    piston.recoil(Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array([0.0, 1.0]), 0.0, 0.0)
     assert list(v) == [0.3, 2.0]
 
 

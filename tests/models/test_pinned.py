@@ -14,8 +14,6 @@ from carom.models import Ball
 from carom.models.files.tables import obstacle_to_table
 from carom.models.interactions.pinned import Pinned
 
-EPS = np.finfo(float).eps
-
 
 def porous(dimension=2, n=40, fixed=15, packing_fraction=0.25, seed=3, **settings):
     """Return a scene of which the first are pinned, with velocities."""
@@ -86,24 +84,20 @@ def test_pinned_components_stay_and_take_up_what_the_others_lose(dimension):
     assert sim.kT == pytest.approx(float((scene.velocities**2).sum()) / (dimension * (n - fixed)), rel=1e-12)
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("speed", "first", "impact"),
     [(1.0, True, None), (2.0**40, True, None), (1.0, False, None), (1.0, True, 0.8)],
 )
-def test_the_impulse_is_that_of_the_events(tmp_path, speed, first, impact):
+def test_the_impulse_is_that_of_the_events(plain, tmp_path, speed, first, impact):
     """In the scene's unit of time, which is another one than the engine's where all is fast; and whether the
     pinned ones come first or last: an event is processed by the one that comes first.
     """
     scene = porous()
     order = np.arange(scene.n) if first else np.arange(scene.n)[::-1]
     scene = carom.Scene(
-        scene.positions[order],
-        scene.box,
-        velocities=speed * scene.velocities[order],
-        pinned=scene.pinned[order],
-        impact=impact,
-    )
+        scene.positions[order], scene.box, velocities=speed * scene.velocities[order],
+        pinned=scene.pinned[order], impact=impact,
+    )  # fmt: skip
     sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
     sim.run(collisions=120)
     sim.close()
@@ -116,19 +110,7 @@ def test_the_impulse_is_that_of_the_events(tmp_path, speed, first, impact):
     np.testing.assert_allclose(sim.pinned_impulse[pinned], taken[pinned], rtol=1e-12)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_velocities_that_are_drawn_are_of_those_that_move_only():
-    scene = porous().replace(velocities=None)
-    sim = carom.Simulation(scene, kT=2.0, seed=4)
-    v = sim.frame().velocities
-    assert (v[:15] == 0.0).all()
-    assert (v[15:] ** 2).sum() == pytest.approx(2.0 * 2 * 25, rel=1e-12)
-    assert sim.degrees_of_freedom == 50
-    assert sim.kT == pytest.approx(2.0, rel=1e-12)
-
-
-@pytest.mark.usefixtures("plain")
-def test_pinned_components_may_overlap_each_other_and_nobody_else():
+def test_pinned_components_may_overlap_each_other_and_nobody_else(plain):
     places = [[1.0, 1.0], [1.5, 1.0], [4.0, 4.0]]
     scene = carom.Scene(places, 6.0, pinned=[True, True, False])
     sim = carom.Simulation(scene, seed=1)
@@ -148,7 +130,7 @@ def test_pinned_components_may_overlap_each_other_and_nobody_else():
         ({"pinned": [40]}, "from 0 to 39"),
         ({"pinned": "all"}, "found"),
         ({"velocities": np.ones((40, 2))}, "pinned, and has a velocity"),
-        ({"motion": carom.models.motions.free_flight.FreeFlight()}, "motion is given"),
+        ({"motion": carom.models.FreeFlight()}, "motion is given"),
     ],
 )
 def test_what_does_not_go_together_is_refused(change, says):
@@ -156,8 +138,7 @@ def test_what_does_not_go_together_is_refused(change, says):
         porous().replace(**change)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_no_pressure_is_made_up():
+def test_no_pressure_is_made_up(unscheduled):
     sim = carom.Simulation(porous())
     with pytest.raises(InputError, match="pinned_impulse"):
         sim.measure(carom.Pressure(), collisions=1000)
@@ -183,8 +164,7 @@ def test_nobody_pinned_is_the_scene_without():
     assert "pinned=15" in repr(porous())
 
 
-@pytest.mark.usefixtures("plain")
-def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_says():
+def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_says(plain):
     """In one dimension, bounce after bounce between two that stay: v e^k, in closed form."""
     scene = carom.Scene(
         [[1.0], [4.0], [7.0]], 20.0, velocities=[[0.0], [1.0], [0.0]], pinned=[0, 2], impact=0.5

@@ -24,22 +24,18 @@ from carom.models import (
     polygon,
 )
 from carom.models.files.tables import from_table, obstacle_to_table
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.properties import Properties
+from carom.models.obstacles.with_properties import Shaken, Surface, Thermal, dressed
 from carom.scene.fields import standing
 
 PATH = Sine(0.2, period=1.5)
 LOSS = Loss(0.8, contact_time=1e-3)
 EVERY = [
-    Plane((3.0, 4.0), 1.0, "it"),
-    Ball((2.0, 2.0), 0.5, "it"),
-    Cuboid((1.0, 1.0), (2.0, 2.0), 0.1, "it"),
-    Segment((1.0, 1.0), (2.0, 2.0), 0.1, "it"),
-    Arc((4.0, 4.0), 1.0, 0.0, 90.0, "it"),
-    Triangle((1.0, 1.0), (2.0, 1.0), (1.0, 2.0), 0.0, "it"),
-    SphericalContainer((4.0, 4.0), 4.0, "it"),
+    Plane((3.0, 4.0), 1.0, "it"), Ball((2.0, 2.0), 0.5, "it"), Cuboid((1.0, 1.0), (2.0, 2.0), 0.1, "it"),
+    Segment((1.0, 1.0), (2.0, 2.0), 0.1, "it"), Arc((4.0, 4.0), 1.0, 0.0, 90.0, "it"),
+    Triangle((1.0, 1.0), (2.0, 1.0), (1.0, 2.0), 0.0, "it"), SphericalContainer((4.0, 4.0), 4.0, "it"),
     CylindricalContainer(0, (4.0, 4.0), 3.0, "it"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("body", EVERY, ids=lambda body: type(body).__name__)
@@ -212,16 +208,14 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_surface_of_a_given_restitution_has_the_bits_of_a_loss():
+def test_a_surface_of_a_given_restitution_has_the_bits_of_a_loss(plain):
     laws = Restitution(0.9, 0.1), Loss(0.9, elastic_below=0.1)
     scenes = [bed(walls={"y_low": Wall(impact=law)}) for law in laws]
     one, two = map(final, scenes)
     np.testing.assert_array_equal(one.frame().velocities, two.frame().velocities)
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_hot_wall_heats_a_gas_to_its_temperature():
+def test_a_hot_wall_heats_a_gas_to_its_temperature(plain):
     # Points, nearly, of kT = 0.25 between walls of kT = 2. A mean over M independent looks has the standard
     # error kT sqrt(2 / (f M)), of f = 60 degrees of freedom; looks are a flight apart. Four are 21 %.
     hot = Wall(kT=2.0)
@@ -233,8 +227,3 @@ def test_a_hot_wall_heats_a_gas_to_its_temperature():
         sim.run(time=1.5)
         found.append(sim.kT)
     assert np.mean(found) == pytest.approx(2.0, abs=4.0 * 2.0 * (2.0 / (60 * len(found))) ** 0.5)
-
-
-def test_the_conditions_hold_of_obstacles_with_properties():
-    assert carom.check(Plane((0.0, 1.0), 0.0, impact=0.9), dimensions=(2,)).passed
-    assert carom.check(Ball((2.0, 2.0), 0.5, kT=2.0), dimensions=(2,)).passed

@@ -1,6 +1,7 @@
 """Range rules at their limits: very many circles, units at rest, everybody removed, runaways."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ import carom
 from carom.errors import InputError
 from carom.models import ENTERED, TIMER, Kind, Ranges, draw
 from carom.simulation import run_loop
-from carom.simulation.measuring import stall_detector
+from carom.simulation.measuring import readings, stall_detector
+from carom.units import TimeUnit
 
 EDGE = 10.0
 
@@ -61,13 +63,10 @@ def scene(rule, *circles, n=12, d=2, positions=None, velocities=None, **kind):
     rng = np.random.default_rng(1)
     kinds = [Kind(str(k), radii, **kind) for k, radii in enumerate(circles)]
     return carom.Scene(
-        rng.uniform(0.0, EDGE, (n, d)) if positions is None else positions,
-        (EDGE,) * d,
+        rng.uniform(0.0, EDGE, (n, d)) if positions is None else positions, (EDGE,) * d,
         velocities=rng.normal(size=(n, d)) if velocities is None else velocities,
-        species=np.arange(n) % len(kinds),
-        diameter=1e-3,
-        interaction=Ranges(kinds, rule, seed=1),
-    )
+        species=np.arange(n) % len(kinds), diameter=1e-3, interaction=Ranges(kinds, rule, seed=1),
+    )  # fmt: skip
 
 
 def assert_counters(sim):
@@ -134,8 +133,7 @@ def test_units_at_their_limits_are_counted_right_and_runaways_end_in_a_sentence(
         carom.Simulation(scene(doubles, [3.0]), seed=0).run(time=5.0)
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
+def test_a_rule_is_told_the_time_since_the_start_in_every_epoch(plain):
     """One flies round the box and crosses the circle of one at rest: 2.2 after each round of 10, for 1.6."""
     flights = {"positions": [[5.0, 5.0], [2.0, 5.6]], "velocities": [[0.0, 0.0], [1.0, 0.0]]}
     sim = carom.Simulation(scene(remembers, [1.0], [1e-12], n=2, memory=(0.0, 0.0), **flights), seed=0)
@@ -144,8 +142,7 @@ def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
     assert sim.interaction.memory[0] == pytest.approx([472.2, 473.8], rel=1e-12)
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentence():
+def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentence(plain):
     """Two walk at a unit between them, which turns round whenever it sees one: ever more often, up to 2."""
     places, velocities = np.full((3, 2), 0.5 * EDGE), np.zeros((3, 2))
     places[:, 0] = 5.3, 2.0, 8.0
@@ -178,7 +175,6 @@ def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentenc
         (lambda: carom.Simulation(scene(idle, [100.0 * EDGE]), seed=0), "box edges above"),
         (lambda: scene(answers, [1.0]), "must return nothing"),
         (lambda: scene(overflows, [1.0]), "ValueError"),
-        (lambda: scene(idle, [2.0, 1.0]), "rise"),
         (lambda: scene(idle, [1.0], [1.0 + 2.0**-50]), "equal"),
         (lambda: scene(idle, [math.inf]), "circles"),
         (lambda: scene(idle, np.linspace(1.0, 2.0, 1001)), "at most"),
@@ -192,11 +188,6 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, words):
 
 
 def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
-    from types import SimpleNamespace
-
-    from carom.simulation.measuring import readings
-    from carom.units import TimeUnit
-
     nobody = np.zeros(3, np.int64)
     rules = SimpleNamespace(
         kinds=nobody, present=nobody + 1, counts=np.zeros((3, 1, 1), np.int64), memory=np.zeros((3, 0)),

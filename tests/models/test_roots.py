@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.roots import Curve, next_fall
-from carom.models.questions.particles import NEVER
 
 
 class Cubic(Curve):
@@ -96,14 +96,10 @@ def test_no_zero_of_a_cubic_is_missed(numbers):
 
 
 ripples = st.builds(
-    Ripple,
-    st.floats(0.001, 2.0).map(lambda x: round(x, 4)),
-    st.floats(-1.0, 3.0).map(lambda x: round(x, 4)),
-    st.floats(-2.0, 0.0).map(lambda x: round(x, 4)),
-    st.floats(0.01, 1.0).map(lambda x: round(x, 4)),
-    st.floats(0.1, 30.0).map(lambda x: round(x, 3)),
-    st.floats(0.0, 6.28).map(lambda x: round(x, 3)),
-)
+    Ripple, st.floats(0.001, 2.0).map(lambda x: round(x, 4)), st.floats(-1.0, 3.0).map(lambda x: round(x, 4)),
+    st.floats(-2.0, 0.0).map(lambda x: round(x, 4)), st.floats(0.01, 1.0).map(lambda x: round(x, 4)),
+    st.floats(0.1, 30.0).map(lambda x: round(x, 3)), st.floats(0.0, 6.28).map(lambda x: round(x, 3)),
+)  # fmt: skip
 
 
 @given(ripples)

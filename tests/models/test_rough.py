@@ -63,14 +63,10 @@ def a_pair(rng, d, **law):
     velocities = rng.normal(size=(2, d))
     velocities[1] -= (2.0 + velocities[1] @ direction - velocities[0] @ direction) * direction
     return carom.Scene(
-        [np.full(d, 5.0), np.full(d, 5.0) + 1.2 * direction],
-        10.0,
-        diameter=[1.0, 0.7],
-        mass=[1.0, 0.6],
-        velocities=velocities,
-        spins=rng.normal(size=(2, 1 if d == 2 else 3)),
+        [np.full(d, 5.0), np.full(d, 5.0) + 1.2 * direction], 10.0, diameter=[1.0, 0.7], mass=[1.0, 0.6],
+        velocities=velocities, spins=rng.normal(size=(2, 1 if d == 2 else 3)),
         impact=Rough(**law, inertia=(0.4, 0.25)),
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.usefixtures("both_ways")
@@ -276,10 +272,9 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
     assert sim.statistics.energy_drift < 1e-13
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("suffix", ["h5md", "extxyz"])
-def test_files_hold_spins_to_the_last_bit_and_a_run_goes_on_from_them(d, suffix, tmp_path):
+def test_files_hold_spins_to_the_last_bit_and_a_run_goes_on_from_them(plain, d, suffix, tmp_path):
     scene = gas(d, 20, restitution=0.9, tangential=0.5)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions=30)
@@ -304,14 +299,6 @@ def test_rough_contacts_of_a_scene_file_stay_rough_where_nothing_is_lost_along_t
     assert plan.scene.impact == law
     assert SceneFile.from_toml(plan.to_toml()).build_scene().impact == law
     assert SceneFile(scene=SceneSpec(impact=carom.models.Restitution(1.0))).scene.impact is None
-
-
-def test_rescaling_scales_spins_with_velocities():
-    sim = carom.Simulation(gas(3, tangential=1.0), seed=1)
-    sim.run(collisions_per_particle=20)
-    before = sim.kT, sim.kT_rotational
-    sim.rescale(4.0 * before[0])
-    assert sim.kT_rotational == pytest.approx(4.0 * before[1], rel=1e-12)
 
 
 def test_pressure_of_a_rough_gas_is_that_of_a_smooth_one():

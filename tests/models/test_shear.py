@@ -1,6 +1,5 @@
 """Uniform shear: against all pairs and images, exact balances, published steady states, and files."""
 
-import dataclasses
 import itertools
 import math
 
@@ -17,10 +16,8 @@ from carom.engine.neighbors import grid
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.geometry.overlaps import Geometry
-from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
-from carom.models.contacts.restitution import Restitution
+from carom.models import Andersen, Ball, Kind, Ranges, Restitution, Rough, Shear
 from carom.models.motions.shear import LONGEST_STRAIN, Sheared, start_tilt
-from carom.observables.packing import packing_network
 from carom.simulation.measuring.readings import momentum_flux
 
 
@@ -200,9 +197,8 @@ def test_a_way_is_multiplied_with_a_move_as_in_space_at_every_tilt_of_a_window(m
     assert closest > 0.9  # no wider than needed
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("box", "n"), [((7.0, 6.0), 16), ((12.0, 11.0), 40)])
-def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images(box, n):
+def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images(plain, box, n):
     rng, side = np.random.default_rng(5), int(np.ceil(n**0.5))
     places = (np.argwhere(np.ones((side, side)))[:n] + 0.5) * np.array(box) / side
     peculiar = rng.normal(size=places.shape)
@@ -220,9 +216,8 @@ def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images(box, n):
     assert sim.time * 0.7 > 0.5
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("d", "n", "collisions"), [(2, 100, 100), (3, 40, 60)])
-def test_no_shear_is_free_flight_to_the_last_bit(d, n, collisions):
+def test_no_shear_is_free_flight_to_the_last_bit(plain, d, n, collisions):
     still = carom.Simulation(gas(d, n, rate=0.0), seed=1)
     free = carom.Simulation(
         carom.Scene.random(n, 0.2, d, seed=1), seed=1, tuning=carom.Tuning(neighbors="sectors")
@@ -312,8 +307,7 @@ def test_the_stream_heats_a_mixture_in_a_bath():
     assert mean[0, 1] == pytest.approx(mean[1, 0], rel=1e-9)
 
 
-@pytest.mark.usefixtures("plain")
-def test_time_runs_backwards():
+def test_time_runs_backwards(plain):
     scene = gas(2, 30)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions=40)
@@ -328,8 +322,7 @@ def test_time_runs_backwards():
     assert np.abs(distance).max() < 1e-6
 
 
-@pytest.mark.usefixtures("plain")
-def test_unwrapped_paths_are_continuous():
+def test_unwrapped_paths_are_continuous(plain):
     sim = carom.Simulation(gas(2, 20, 0.05), seed=1)
     before = sim.frame()
     for _ in range(150):
@@ -402,11 +395,8 @@ def test_files_hold_the_tilted_cell_and_a_run_goes_on_from_them(suffix, d, tmp_p
     more = carom.Simulation(again)
     more.run(collisions=10)
     assert more.statistics.worst_overlap < 1e-12
-    universe = carom.io.universe(path)
-    universe.trajectory[-1]
     cell = np.diag([*scene.box, *[max(scene.box)] * (3 - d)])
     cell[1, 0] = mine.tilt * scene.box[1]
-    assert universe.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
     if suffix == "extxyz":
         atoms = ase.io.read(path)
         assert atoms.cell[:] == pytest.approx(cell)
@@ -415,44 +405,6 @@ def test_files_hold_the_tilted_cell_and_a_run_goes_on_from_them(suffix, d, tmp_p
         plain = MDAnalysis.Universe(str(path))
         plain.trajectory[-1]
         assert plain.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
-
-
-@pytest.mark.parametrize(("box", "tilt"), [
-    ((6.0, 5.0), 0.55), ((5.0, 6.0), -0.4), ((1.6, 1.5), 0.3), ((4.0, 3.5, 3.0), -0.55),
-    ((2.0, 2.2, 2.1, 1.9), 0.2),
-], ids=str)  # fmt: skip
-def test_contacts_in_a_tilted_cell_are_those_of_all_images(box, tilt):
-    rng, d = np.random.default_rng(2), len(box)
-    positions = rng.uniform(size=(max(3, int(np.prod(box))), d)) * box
-    positions[:, 0] += tilt * positions[:, 1]  # into the tilted cell
-    n = len(positions)
-    sizes = rng.uniform(0.6, 1.0, n)
-    cell = np.diag(box)
-    cell[1, 0] = tilt * box[1]
-    shifts = np.array(list(np.ndindex(*(7,) * d))) - 3
-    apart = positions[None] - positions[:, None]
-    distances = np.linalg.norm(apart[:, :, None] + shifts @ cell, axis=3)
-    near = distances < 1.2 * 0.5 * (sizes[:, None] + sizes)[:, :, None]
-    images = np.zeros((n, d), np.int32)
-    frame = carom.Frame(
-        0.0, 0, positions, np.zeros((n, d)), box, sizes, np.ones(n), images=images, tilt=tilt
-    )  # fmt: skip
-    network = packing_network(frame, gap=0.2)
-    # All images of a component itself are counted, and of a pair both ways.
-    assert len(network.bonds) == (near.sum() - n) / 2
-    i, j = network.bonds.T
-    found = np.linalg.norm(network.vectors, axis=1)
-    assert found == pytest.approx(
-        distances[i, j][np.arange(len(i)), nearest(distances[i, j], found)], rel=1e-12
-    )
-    upright = dataclasses.replace(frame, tilt=None)
-    if n > 3:
-        assert len(packing_network(upright, gap=0.2).bonds) != len(network.bonds)
-
-
-def nearest(distances, found):
-    """Return where in each row (m, k) the value ``found`` (m,) is."""
-    return np.argmin(np.abs(distances - found[:, None]), axis=1)
 
 
 def test_overlaps_of_single_precision_are_parted_across_a_tilted_face():
@@ -477,19 +429,6 @@ def test_a_random_start_in_a_tilted_cell_has_no_overlap(n, fraction, d, tilt):
         carom.Scene.random(n, 0.78, 2, motion=Shear(1.0, tilt))
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_lammps_dump_has_the_tilted_cell(tmp_path):
-    sim = carom.Simulation(gas(3, 20), seed=1)
-    sim.run(time=0.2)
-    sim.write(tmp_path / "run.extxyz", every=0.1, count=1)
-    carom.io.convert(tmp_path / "run.extxyz", tmp_path / "run.lammpstrj")
-    universe, frame = carom.io.universe(tmp_path / "run.lammpstrj"), sim.frame()
-    universe.trajectory[-1]
-    cell = np.diag(frame.box)
-    cell[1, 0] = frame.tilt * frame.box[1]
-    assert universe.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-4)
-
-
 @pytest.mark.needs("OVITO")
 def test_ovito_sees_the_tilted_cell():
     sim = carom.Simulation(gas(3), seed=1)
@@ -504,7 +443,6 @@ def nothing(unit, event):
     """A rule that changes nothing."""
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("change", "said"), [
     (lambda: carom.Scene.random(10, 0.2, 1, motion=Shear(1.0)), "found one dimension"),
     (lambda: gas(2, 10, walls="y"), "leave out the walls"),
@@ -516,29 +454,17 @@ def nothing(unit, event):
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2, 9)).sample(every=0.1))), "sheared box"),
     (lambda: Shear(float("nan")), "rate of Shear"),
 ], ids=range(8))  # fmt: skip
-def test_what_cannot_be_sheared_is_one_sentence(change, said):
+def test_what_cannot_be_sheared_is_one_sentence(plain, change, said):
     with pytest.raises(carom.InputError, match=said) as caught:
         change()
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.usefixtures("plain")
-def test_pairs_are_counted_in_the_tilted_cell():
+def test_pairs_are_counted_in_the_tilted_cell_of_each_frame(plain):
     species = [carom.Species(count=25), carom.Species(count=25, diameter=0.7)]
     scene = carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
     frames = list(carom.Simulation(scene, seed=1).sample(every=0.3, count=4))
-    found = carom.RDF(pair=(0, 1), rmax=2.0, width=0.25).over(frames)
-    cell = np.diag(scene.box)
-    counts = np.zeros(found.g.size, int)
-    for frame in frames:
-        cell[1, 0] = frame.tilt * scene.box[1]
-        turns = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2) @ cell
-        apart = frame.positions[frame.species == 1][:, None] - frame.positions[frame.species == 0][None]
-        counts += np.histogram(np.linalg.norm(apart[:, :, None] + turns, axis=-1), found.edges)[0]
-    assert found.counts.tolist() == counts.tolist()
+    pairs = carom.RDF(pair=(0, 1), rmax=2.0, width=0.25)
+    alone = sum(pairs.over([frame]).counts for frame in frames)
+    assert pairs.over(frames).counts.tolist() == alone.tolist()
     assert abs(frames[-1].tilt) > 0.1
-    for observable in (carom.Dynamics(), carom.DensityProfile(0)):
-        with pytest.raises(carom.InputError, match="sheared"):
-            observable.over(frames)
-    with pytest.raises(carom.InputError, match="wave vectors turn with the strain"):
-        carom.StructureFactor().over(frames)

@@ -112,8 +112,7 @@ def test_kinetic_and_potential_energy_grow_by_the_work_of_the_stream():
     assert sim.statistics.momentum_drift < 1e-13
 
 
-@pytest.mark.usefixtures("plain")
-def test_no_shear_is_free_flight_but_for_rounding():
+def test_no_shear_is_free_flight_but_for_rounding(plain):
     # Lists of a lattice that might tilt hold more pairs, which are looked at at other times.
     still = carom.Simulation(disks(STAIRS, 0.0), seed=1, kT=1.2)
     free = carom.Simulation(disks(STAIRS).replace(motion=None), seed=1, kT=1.2)
@@ -151,8 +150,7 @@ def test_a_run_goes_on_from_a_frame_a_checkpoint_and_a_log_with_its_steps(intera
     assert all_pairs(resumed)[0].tolist() == all_pairs(whole)[0].tolist()
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_start_tilted_by_whole_boxes_has_the_same_pairs():
+def test_a_start_tilted_by_whole_boxes_has_the_same_pairs(unscheduled):
     tilted = disks(SquareWell(1.5, 1.0), n=6).replace(motion=Shear(0.8, 0.2))
     ratio = tilted.box[0] / tilted.box[1]
     for turns in (-3, 5):

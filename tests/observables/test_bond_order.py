@@ -1,6 +1,5 @@
-"""Order of bonds: crystals with known values, freud, the definition by all pairs of bonds, files."""
+"""Order of bonds: crystals with known values, all pairs of bonds, faces of cells, rounding, what is solid."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -8,12 +7,11 @@ import pytest
 from helpers import frames
 
 import carom
-from carom.errors import InputError
 from carom.frame import Frame
 from carom.geometry import tessellation
 from carom.geometry.overlaps import Geometry
 from carom.geometry.tessellation import voronoi_bonds
-from carom.observables import BondOrder
+from carom.observables import BondOrder, Crystallinity
 from carom.observables.bond_order import gegenbauer, harmonics
 from carom.scene import lattices
 
@@ -83,29 +81,6 @@ def test_harmonics_of_the_plane_and_of_space_are_cosines_and_legendre_polynomial
         assert values @ values.T == pytest.approx(polynomial.basis(8)(units @ units.T), abs=1e-12)
 
 
-@pytest.mark.parametrize("voronoi", [False, True])
-def test_orders_are_those_of_freud(voronoi):
-    import freud
-
-    for d, nearest in ((2, 6), (3, 12)):
-        frame = gas(300, d, seed=9)
-        box, points = frame.to_freud()
-        query = (
-            freud.locality.Voronoi().compute((box, points)).nlist if voronoi else {"num_neighbors": nearest}
-        )
-        found = measured(frame, l=6, voronoi=voronoi)
-        if d == 2:
-            theirs = freud.order.Hexatic(k=6).compute((box, points), neighbors=query).particle_order
-            local, whole = np.abs(theirs).mean(), abs(theirs.mean())
-        else:
-            steinhardt = freud.order.Steinhardt(l=6).compute((box, points), neighbors=query)
-            local, whole = steinhardt.particle_order.mean(), steinhardt.order
-        # Single precision; and in space freud leaves out the smallest of a gas's 4700 faces.
-        single = (1e-4, 1e-3) if d == 2 or not voronoi else (1e-3, 2e-2)
-        assert found.local_order.mean == pytest.approx(local, rel=single[0])
-        assert found.global_order.mean == pytest.approx(whole, rel=single[1])
-
-
 @pytest.mark.parametrize("crowd", [1.0, 0.1])  # of the box; around an empty one, distant images are neighbors
 @pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True), (False, False, True)])
 def test_neighbors_share_a_face_of_their_cells(periodic, crowd):
@@ -158,83 +133,6 @@ def test_a_point_that_two_cells_share_makes_no_neighbors():
         rounded = np.indices((4,) * d).reshape(d, -1).T + 0.5 + 1e-12 * rng.standard_normal((4**d, d))
         pairs, _ = voronoi_bonds(room, rounded)
         assert (np.bincount(pairs[:, 0]) == 2 * d).all()
-
-
-def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():
-    order = BondOrder(l=6, rmax=5.0, width=0.25)
-    order.add(frame_of(TRIANGULAR))
-    seen = [x for x in order.result().correlation if math.isfinite(x)]
-    assert len(seen) > 5
-    assert seen == pytest.approx([1.0] * len(seen), abs=1e-12)
-    order = BondOrder(l=6, nearest=3, rmax=5.0, width=1.0)
-    for seed in range(32):
-        order.add(gas(200, 2, seed))
-    found = order.result()
-    assert found.correlation[0] > 5.0 * found.correlation_error[0]  # the two share a bond
-    assert abs(found.correlation[-1]) < 5.0 * found.correlation_error[-1]
-    # Vectors of random direction add up to a mean square of 1 / n of their own.
-    assert found.global_square.mean == pytest.approx(
-        found.local_order.mean**2 / 200, rel=0.5, abs=5.0 * found.global_square.error
-    )
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("settings", [{}, {"reach": 1.3}, {"rmax": 2.2}])
-def test_a_crystal_that_slipped_by_a_row_is_itself_again(dimension, settings):
-    scene = carom.Scene.crystal(cells=6 if dimension == 2 else 4, packing_fraction=0.7, dimension=dimension)
-    straight, (width, height) = frame_of(scene), scene.box[:2]
-    tilt = width / (6 if dimension == 2 else 4) / height
-    places = straight.positions + 0.2
-    places[:, 0] = (places[:, 0] - tilt * places[:, 1]) % width + tilt * places[:, 1]
-    slipped = Frame(**{**vars(straight), "positions": places, "tilt": tilt})
-    one, other = (BondOrder(6, **settings).over([frame]) for frame in (straight, slipped))
-    assert other.global_order.mean == pytest.approx(one.global_order.mean, rel=1e-9)
-    assert other.local_order.mean == pytest.approx(one.local_order.mean, rel=1e-9)
-    assert other.global_order.mean > 0.5
-    if "rmax" in settings:
-        np.testing.assert_allclose(other.correlation, one.correlation, rtol=1e-9)
-
-
-def test_a_sheared_crystal_is_a_crystal_everywhere_and_its_density_is_that_of_each_layer():
-    straight = frame_of(carom.Scene.crystal(cells=4, packing_fraction=0.6))
-    places = straight.positions.copy()
-    places[:, 0] += 0.1 * places[:, 1]
-    sheared = Frame(**{**vars(straight), "positions": places, "tilt": 0.1})
-    found = carom.observables.Crystallinity(likeness=0.999).over([sheared])
-    assert found.solid_fraction.mean == 1.0
-    upright = dataclasses.replace(sheared, tilt=None)
-    assert carom.observables.Crystallinity(likeness=0.999).over([upright]).solid_fraction.mean < 1.0
-    one, other = (carom.DensityProfile(axis="y", bins=8).over([frame]) for frame in (straight, sheared))
-    assert one == other
-    assert carom.PressureProfile("y") == carom.PressureProfile(1)
-
-
-@pytest.mark.parametrize(
-    ("observable", "why"),
-    [
-        (carom.Dynamics(), "grow with the flow"),
-        (carom.DensityProfile(axis=0), "take another axis"),
-    ],
-)
-def test_what_a_sheared_box_does_not_have_says_why(observable, why):
-    frame = frame_of(carom.Scene.crystal(cells=3, packing_fraction=0.3, dimension=2))
-    sheared = Frame(**{**vars(frame), "tilt": 0.1, "images": np.zeros((frame.n, 2), np.int32)})
-    with pytest.raises(InputError, match=f"right angles, and this one is sheared: .*{why}"):
-        observable.over([sheared])
-
-
-@pytest.mark.parametrize(
-    ("settings", "says"),
-    [
-        ({"nearest": 6, "reach": 1.5}, "one of them"),
-        ({"rmax": 5.1}, "half of the shortest edge"),
-        ({"species": 1}, "none of them"),
-        ({"l": 0}, "l must"),
-    ],
-)
-def test_what_cannot_be_is_refused(settings, says):
-    with pytest.raises(InputError, match=says):
-        measured(gas(200, 2, 1), **settings)
 
 
 def test_the_error_of_a_correlation_is_that_of_a_ratio_of_sums():
@@ -299,3 +197,27 @@ def test_a_strain_by_a_millionth_is_seen_in_double_precision():
     inner = np.flatnonzero(((cells > 2) & (cells < 6)).all(axis=1))
     pairs, _ = voronoi_bonds(Geometry(np.full(2, 12.0), np.zeros(2, bool)), cells @ along + 0.5)
     assert (np.bincount(pairs[:, 0])[inner] == 6).all()
+
+
+FEW = 0.02
+"""Solid-like part of a fluid at packing fraction 0.40, at most: few, as ten Wolde et al. (1996) find."""
+
+
+@pytest.mark.parametrize("eta", [0.545, 0.7])
+def test_a_crystal_is_solid_in_one_cluster_also_when_it_moves(eta):
+    sim = carom.Simulation(carom.Scene.crystal(256, eta), seed=1)
+    assert Crystallinity().over([sim.frame()]).largest.mean == 256
+    sim.run(collisions_per_particle=20)
+    found = sim.measure(Crystallinity(), collisions_per_particle=20)
+    assert found.solid_fraction.mean > 1.0 - FEW
+    assert found.largest.mean > 256 * (1.0 - FEW)
+
+
+def test_a_box_half_crystal_and_half_fluid_is_half_one_cluster():
+    """Of the crystal the two layers at the interfaces, of 8 along the axis, may be solid-like or not."""
+    crystal, fluid = carom.Scene.crystal(256, 0.545), carom.Scene.random(256, 0.4, seed=1)
+    edge = crystal.box[0]
+    places = fluid.positions * (edge / fluid.box[0]) + [edge, 0.0, 0.0]
+    frame = frames.frame_of(np.concatenate([crystal.positions, places]), (2.0 * edge, edge, edge))
+    found = Crystallinity().over([frame])
+    assert 0.75 * 256 - FEW * 512 <= found.largest_cluster[0] <= 1.25 * 256 + FEW * 512

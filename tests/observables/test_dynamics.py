@@ -64,12 +64,6 @@ def test_correlations_are_those_of_stored_frames(frames, found, lag, every):
     assert found.non_gaussian[k] == pytest.approx(right, abs=1e-12)
 
 
-def test_the_velocity_autocorrelation_begins_with_the_temperature(found):
-    # d (n - 1) degrees of freedom move at kT = 1.
-    assert found.velocity_square.mean == pytest.approx(107 / 108, rel=1e-12)
-    assert found.velocity_square.error < 1e-12
-
-
 def test_the_running_diffusion_is_the_slope_of_the_mean_square(found):
     slope = np.gradient(found.mean_square, found.times) / 6.0
     running = found.running_diffusion
@@ -90,27 +84,6 @@ def test_scattering_begins_with_the_structure_factor(frames, found):
             abs(found.scattering[-1, s])
             < SIX * found.scattering_error[-1, s] + 0.1 * found.structure_factor[s]
         )
-
-
-def test_measure_takes_it_as_it_is():
-    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
-    result = sim.measure(Dynamics(), time=8.0, blocks=64)
-    assert result.times[0] == 0.125
-    assert "mean square displacement" in str(result)
-
-
-def test_frames_that_cannot_be_correlated_are_refused(frames):
-    dynamics = Dynamics()
-    dynamics.add(frames[0])
-    dynamics.add(frames[1])
-    with pytest.raises(InputError, match="equal spacing"):
-        dynamics.add(frames[3])
-    with pytest.raises(InputError, match="too few"):
-        Dynamics().result()
-    with pytest.raises(InputError, match="image counts"):
-        Dynamics().add(dataclasses.replace(frames[0], images=None))
-    with pytest.raises(InputError, match="species"):
-        Dynamics(species=1).add(frames[0])
 
 
 @pytest.mark.parametrize(("start", "count"), [(0.0, 40), (1e4, 40)])
@@ -221,11 +194,12 @@ def test_a_drift_along_a_slit_is_subtracted_and_none_across():
 def ballistic(velocities, turned=()):
     """Frames of free flight, in which the velocities of some components are turned round half-way."""
     v, frames = np.array(velocities, dtype=float), []
-    x, ones = np.full(v.shape, 50.0), np.ones(len(v))
+    x, ones, masses = np.full(v.shape, 50.0), np.ones(len(v)), 1.0 + np.arange(len(v))
     for k in range(16):
         if k == 8:
             v[list(turned)] *= -1.0
-        frames.append(Frame(0.5 * k, k, x, v.copy(), (100.0, 100.0), ones, ones, np.zeros(v.shape, np.int32)))
+        images = np.zeros(v.shape, np.int32)
+        frames.append(Frame(0.5 * k, k, x, v.copy(), (100.0, 100.0), ones, masses, images))
         x = x + 0.5 * v
     return frames
 
@@ -246,7 +220,8 @@ def test_the_motion_of_the_center_of_mass_is_subtracted_where_momentum_is_conser
     dynamics.begin(scene)
     for frame in frames:
         dynamics.add(frame)
-    v = frames[0].velocities - np.where(axes, frames[0].velocities.mean(axis=0), 0.0)
+    v, masses = frames[0].velocities, frames[0].masses
+    v = v - np.where(axes, np.average(v, axis=0, weights=masses), 0.0)
     found = dynamics.result()
     for t, square in zip(found.times, found.mean_square, strict=True):
         assert square == pytest.approx(t * t * np.mean(np.sum(v * v, axis=1)), rel=1e-12)
@@ -264,8 +239,6 @@ def test_frames_whose_momentum_changes_are_refused_unless_the_axes_are_named():
     x = np.array([frame.unwrapped for frame in frames])
     expected = np.mean(np.sum((x[1:] - x[:-1]) ** 2, axis=2))
     assert second.result().mean_square[0] == pytest.approx(expected, rel=1e-12)
-    with pytest.raises(InputError, match="conserved has 3 values, and a frame has 2 axes"):
-        Dynamics(conserved=(False,) * 3).add(frames[0])
 
 
 @pytest.mark.parametrize("kind", [0, 1])
@@ -284,15 +257,6 @@ def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind)
         pairs = (rho[lag:] * rho[: len(rho) - lag].conj()).real.mean(axis=0) / np.sum(kinds == kind)
         by_shell = [pairs[waves.shell == s].mean() for s in range(3)]
         assert values == pytest.approx(by_shell, rel=1e-9)
-
-
-@pytest.mark.parametrize("box", [(7.0,), (7.0, 9.0), (5.0, 7.0, 11.0)])
-def test_the_density_of_every_wave_is_a_sum_of_plane_waves(box):
-    waves = Waves.of(box, 6)
-    places = np.random.default_rng(1).random((30, len(box))) * box
-    expected = np.exp(2j * np.pi * (places / box) @ waves.numbers.T).sum(axis=0)
-    found = waves.density(places)
-    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=30 * 64 * np.finfo(float).eps)
 
 
 def walk(dice, memory, frames=50, n=60):
@@ -331,13 +295,8 @@ def test_the_coefficient_of_diffusion_is_in_the_sentence_the_table_and_the_pictu
     assert ("D [length^2 / time]", f"{value} by a line from time 4 to 8") in found._rows()[1]
     found.save(tmp_path / "msd.csv")
     assert f"# diffusion: {found.diffusion.mean}\n" in (tmp_path / "msd.csv").read_text()
-    found.save(tmp_path / "msd.json")
-    assert carom.load(tmp_path / "msd.json").diffusion == found.diffusion
-    axes = found.plot().axes[0]
-    fit = next(line for line in axes.lines if line.get_label() == f"2dDt + c, D = {value.replace('+-', '±')}")
-    x, y = fit.get_data()
-    assert (x[0], x[-1]) == (found.fit_first, found.fit_last) == (4.0, 8.0)
-    assert y == pytest.approx(4.0 * found.diffusion.mean * x + found.fit_offset)
+    labels = [line.get_label() for line in found.plot().axes[0].lines]
+    assert f"2dDt + c, D = {value.replace('+-', '±')}" in labels
     fitted = (found.times >= 4.0) & (found.times <= 8.0)
     line = np.polyfit(found.times[fitted], found.mean_square[fitted], 1)
     # The fit takes displacements that end with those over the longest of its times: a few more or less.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.bed import SCENE
 from helpers.plain import plain_python
-from helpers.screens import NOTHING, printed, summary
+from helpers.screens import NOTHING, found, printed
 
 import carom
 from carom.cli import results
@@ -16,7 +16,7 @@ from carom.models.motions.gravity import Gravity
 from carom.observables.analysis.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.job import Look
-from carom.studies.runs.underway import Measured
+from carom.studies.runs.driver import Measured
 
 
 def frame_of(scene, places, velocities, masses):
@@ -102,7 +102,7 @@ BED = {
 
 
 def test_a_bed_is_shown_in_weights_and_never_in_a_temperature():
-    text = " ".join(printed(results._physics(summary(**BED))).split())
+    text = " ".join(printed(results._physics(found(**BED))).split())
     # 8 energy / length^2 times 1.5 / 4; 8 energy / length over 4.
     assert "P σ/mg on floor 3.00 ± 0.03" in text
     assert "force/mg on shelf 2.00 ± 0.02" in text
@@ -110,13 +110,13 @@ def test_a_bed_is_shown_in_weights_and_never_in_a_temperature():
     assert "mg = 4 the mean weight of one" in text
     for absent in ("kT", "upper wall", "?", "Z counts"):
         assert absent not in text
-    layers = " ".join(printed(results._bed(summary(**BED))).split())
+    layers = " ".join(printed(results._bed(found(**BED))).split())
     # 12 over 4 times 1.5.
     assert "0 to 1 2 2.00 ± 0.10 1 to 2 0.25 -" in layers
 
 
 def test_where_there_is_no_one_temperature_a_pressure_is_in_units_of_the_scene():
-    text = " ".join(printed(results._physics(summary(**BED | {"weight": None}))).split())
+    text = " ".join(printed(results._physics(found(**BED | {"weight": None}))).split())
     assert "P on floor 8.00 ± 0.08" in text
     assert "force on shelf 8.00 ± 0.08" in text
     assert "There is no one kT" in text
@@ -164,6 +164,7 @@ def test_a_pressure_on_what_nothing_hit_says_so():
     scene = carom.Scene([[2.0, 2.0]], 4.0, walls="y")
     found = carom.WallPressure(0).of_scene([block, block], scene, kT=1.0)
     assert str(found) == "P on y_low: nothing hit it"
+    assert (found.pressure.mean, found.pressure.error) == (0.0, math.inf)
     assert "inf" not in found._repr_html_()
     hit = block._replace(impulses=(1.0, 2.0))
     blocks = [hit, block._replace(impulses=(2.0, 1.0))] * 8

@@ -8,12 +8,10 @@ import pytest
 from carom import Scene, Simulation, theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
-from carom.models import Active, Andersen
+from carom.models import Active, Andersen, Langevin
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.observables import Pressure
-from carom.observables.pressure import finite_size_correction
-from carom.observables.statistics import Estimate
 from carom.simulation.measuring.measure import measure
 
 SIX_SIGMA = 6.0
@@ -77,11 +75,12 @@ def test_contact_value_and_pressure_agree_for_rods():
     # Exact: n rods on a ring collide with Z - 1 = (1 - 1/n) rho / (1 - rho); g(sigma+) = 1 / (1 - rho).
     n, rho = 10, 0.5
     virial = (theory.tonks(rho, n) - 1) * n
-    result = Pressure.estimate(
-        [Block(1.0, 100, virial)] * 16, n=n, dimension=1, volume=n / rho, diameter=1.0, kT=1.0
-    )
+    blocks = [Block(1.0, 100, virial + k) for k in (-1, 1, 1, -1)] * 4
+    result = Pressure.estimate(blocks, n=n, dimension=1, volume=n / rho, diameter=1.0, kT=1.0)
     assert result.contact_value.mean == pytest.approx(1 / (1 - rho), rel=1e-14)
+    # The differences in the shift are good to eps^(2/3), times derivatives of 1 / (1 - rho).
     assert result.infinite_size().mean == pytest.approx(1 / (1 - rho), rel=1e-9)
+    assert result.infinite_size().error == result.Z.error
 
 
 def test_two_spheres_give_the_exact_table():
@@ -96,17 +95,6 @@ def test_two_spheres_give_the_exact_table():
     assert result.Z_from_rate.mean == pytest.approx(z, rel=1e-14)
 
 
-def test_the_estimate_is_scale_free_bit_for_bit():
-    blocks = synthetic_blocks(2.0, n=50, dimension=2, count=64, seed=9)
-    one = Pressure.estimate(blocks, n=50, dimension=2, volume=100.0, diameter=1.0, kT=1.0)
-    # Lengths x 4, masses x 1: energies x 16 at equal times.
-    scaled = [Block(b.duration, b.collisions, 16.0 * b.virial) for b in blocks]
-    two = Pressure.estimate(scaled, n=50, dimension=2, volume=1600.0, diameter=4.0, kT=16.0)
-    assert one.Z == two.Z
-    assert one.contact_value == two.contact_value
-    assert one.reduced_pressure == two.reduced_pressure
-
-
 def test_one_particle_has_z_one_exactly():
     result = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
     z = result.Z
@@ -114,6 +102,23 @@ def test_one_particle_has_z_one_exactly():
     assert result.reduced_pressure.mean == 0.5
     assert math.isnan(result.contact_value.mean)
     assert str(result).startswith("Z = 1 +- 0")
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("n", [1, 2])
+def test_the_pressure_of_few_particles_in_a_bath_is_that_of_its_temperature_and_has_its_error(n):
+    kT, edge, friction, duration = 2.0, 5.0, 1.0, 1000.0
+    scene = Scene([[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]][:n], edge, drive=Langevin(kT, friction, step=0.2))
+    sim = Simulation(scene, seed=1)
+    sim.run(time=5.0)
+    found = sim.measure(Pressure(), time=duration, blocks=128)
+    # Two spheres exclude each other from one volume: the integral over places is V (V - v).
+    z = 1.0 if n == 1 else 0.5 * (1.0 + 1.0 / (1.0 - 4.0 * math.pi / 3.0 / edge**3))
+    p = found.pressure.scaled(edge**3 / n)
+    assert abs(p.mean - z * kT) < SIX_SIGMA * p.error
+    # kT has the variance 2 kT^2 / d n, and is correlated over 1 / (2 friction).
+    expected = kT * math.sqrt(2.0 / (3 * n * friction * duration))
+    assert p.error == pytest.approx(expected, rel=SIX_SIGMA / math.sqrt(2 * p.blocks))
 
 
 def test_no_collision_leaves_the_error_infinite_and_warns():
@@ -141,14 +146,6 @@ def test_impossible_parameters_are_refused(name, value):
     kwargs = {"n": 5, "dimension": 2, "volume": 9.0, "diameter": 1.0, "kT": 1.0, "mass": 1.0, name: value}
     with pytest.raises(InputError, match=name):
         Pressure.estimate([Block(1.0, 5, 5.0)], **kwargs)
-
-
-def test_finite_size_correction_keeps_the_error_and_removes_the_known_shift():
-    measured = Estimate(theory.tonks(0.6, 20), 0.01, 100.0, 1.0, 64)
-    corrected = finite_size_correction(measured, packing_fraction=0.6, n=20, equation=theory.tonks)
-    # The differences in the shift are good to eps^(2/3), times derivatives of 1 / (1 - eta).
-    assert corrected.mean == pytest.approx(theory.tonks(0.6), rel=1e-8)
-    assert corrected.error == measured.error
 
 
 def test_the_correction_to_infinite_size_warns_where_images_are_felt():

@@ -1,4 +1,4 @@
-"""g(r): ideal gas, lattices, the exact Tonks gas, reference histograms, MDAnalysis, files and refusals."""
+"""g(r): ideal gas, the exact Tonks gas, reference histograms, a crystal, bins."""
 
 import csv
 import math
@@ -6,24 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import beside_mdanalysis
+from helpers.frames import frame_of as frame
 
 from carom import theory
-from carom.errors import InputError
-from carom.frame import Frame
 from carom.observables import RDF
-from carom.observables.rdf import contact_value
+from carom.observables.rdf import _bin_edges, contact_value
 
 DATA = Path(__file__).parents[1] / "data"
 SIX_SIGMA = 6.0
-
-
-def frame(positions, box, diameter=1.0, time=0.0):
-    positions = np.asarray(positions, dtype=float)
-    n = len(positions)
-    return Frame(
-        time, 0, positions, np.zeros_like(positions), tuple(map(float, box)), np.full(n, diameter), np.ones(n)
-    )
 
 
 def ideal_gas(dimension, n, frames, seed, diameter=0.0):
@@ -36,10 +26,10 @@ def tonks_frames(n, rho, frames, seed):
     """Exact samples of n rods on a ring: the gaps are uniform on the simplex of the free length."""
     rng = np.random.default_rng(seed)
     length = n / rho
-    for k in range(frames):
+    for _ in range(frames):
         gaps = rng.dirichlet(np.ones(n)) * (length - n)
         x = np.mod(np.cumsum(gaps + 1.0) + rng.uniform(0, length), length)
-        yield frame(x[:, None], (length,), time=float(k))
+        yield frame(x[:, None], (length,))
 
 
 def exact_tonks(r, n, rho):
@@ -78,39 +68,6 @@ def test_correlated_frames_have_larger_errors():
     assert np.mean(is_periodic.error / once.error) == pytest.approx(1.0, abs=SIX_SIGMA * 0.25 / math.sqrt(10))
 
 
-@pytest.mark.parametrize(
-    ("dimension", "shells"),
-    # Neighbors of a site of the (hyper)cubic lattice at squared distances 1, 2, 3.
-    [(1, (2, 0, 0)), (2, (4, 4, 0)), (3, (6, 12, 8)), (4, (8, 24, 32))],
-)
-def test_cubic_lattices_have_their_shells(dimension, shells):
-    cells = 6
-    sites = np.stack(np.meshgrid(*[np.arange(cells)] * dimension, indexing="ij"), axis=-1).reshape(
-        -1, dimension
-    )
-    n = len(sites)
-    # The lattice is one of contacts; the shift makes pairs meet across every face.
-    result = RDF(width=0.05, rmax=1.8).over([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)])
-    np.testing.assert_allclose(result.r, 1.0 + 0.05 * (np.arange(16) + 0.5), rtol=1e-14)
-    assert result.counts[0] == n * shells[0] // 2
-    for squared, neighbors in zip((2, 3), shells[1:], strict=True):
-        k = int(np.searchsorted(result.edges, math.sqrt(squared)) - 1)
-        assert result.counts[k] == n * neighbors // 2
-    assert result.counts.sum() == n * sum(shells) // 2
-    # g is the number of neighbors over that of the ideal gas in the shell.
-    volume = theory.ball_volume(dimension, 2 * result.edges[1]) - theory.ball_volume(dimension, 2.0)
-    assert result.g[0] == pytest.approx(shells[0] / ((n - 1) / n * volume), rel=1e-13)
-
-
-def test_boxes_of_unequal_edges_count_images_along_each():
-    result = RDF(bins=20, rmax=1.0).over(
-        [frame([[0.1, 0.1], [3.9, 0.1], [0.1, 6.8]], (4.0, 7.0), diameter=0.1)]
-    )
-    # 0.2 apart through one face, 0.3 through the other, and their diagonal.
-    distances = np.sort([0.2, 0.3, math.hypot(0.2, 0.3)])
-    np.testing.assert_array_equal(result.counts, np.histogram(distances, result.edges)[0])
-
-
 def test_rods_have_the_exact_g_and_contact_value():
     n, rho, count = 50, 0.5, 400
     result = RDF(width=0.05, rmax=2.0).over(tonks_frames(n, rho, count, 3))
@@ -129,17 +86,6 @@ def test_rods_have_the_exact_g_and_contact_value():
     assert contact.error == pytest.approx(3 * contact.mean / math.sqrt(pairs), rel=0.3)
     z = theory.compressibility_factor(contact.mean, rho, 1, n)
     assert z == pytest.approx(theory.tonks(rho, n), rel=SIX_SIGMA * contact.error)
-
-
-def test_contact_errors_of_rods_are_their_scatter():
-    n, rho, runs = 50, 0.6, 40
-    values = [
-        RDF(width=0.05, rmax=1.5).over(tonks_frames(n, rho, 64, [5, k])).contact_value for k in range(runs)
-    ]
-    pulls = np.array([(v.mean - 1 / (1 - rho)) / v.error for v in values])
-    # Student t with some 60 degrees of freedom: mean 0, variance 1, each known from 40 runs.
-    assert abs(pulls.mean()) < SIX_SIGMA / math.sqrt(runs)
-    assert abs(np.mean(pulls**2) - 1) < SIX_SIGMA * math.sqrt(2 / runs)
 
 
 def test_contact_errors_do_not_shrink_when_frames_are_repeated():
@@ -201,72 +147,15 @@ def test_bins_begin_at_contact_and_end_at_half_the_box():
         RDF(bins=10, width=0.25).over(frames).edges, 1 + 0.25 * np.arange(11), rtol=1e-15
     )
     assert RDF(width=0.7, rmax=2.0).over(frames).edges[-1] == pytest.approx(1.7, rel=1e-15)
+    assert len(RDF(width=0.1, rmax=1.7).over(frames).g) == 7  # though 0.7 / 0.1 is less by rounding
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"rmax": 2.6}, "half of the shortest box edge"),
-        ({"rmax": 1.0}, "must exceed"),
-        ({"rmax": math.nan}, "rmax must be finite"),
-        ({"rmax": "a"}, "rmax must be a number"),
-        ({"bins": 10, "width": 0.1, "rmax": 2.0}, "give two"),
-        ({"bins": 0}, "positive integer"),
-        ({"width": -0.1}, "positive length"),
-        ({"width": "a"}, "width must be a number"),
-        ({"width": 1e-300}, "more than 10000000 bins"),
-        ({"width": 1e-8}, "more than 10000000 bins"),
-        ({"bins": 10**8}, "more than 10000000 bins"),
-        ({"bins": 40, "width": 0.1}, "half of the shortest box edge"),
-    ],
-)
-def test_impossible_bins_are_refused(arguments, message):
-    frames = [frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))]
-    with pytest.raises(InputError, match=message):
-        RDF(**arguments).over(frames)
-
-
-def test_unusable_frames_are_refused():
-    good = frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))
-    with pytest.raises(InputError, match="two or more"):
-        RDF().over([frame([[0.5, 0.5]], (5.0, 8.0))])
-    with pytest.raises(InputError, match="Particles 0 and 1 overlap"):
-        RDF().over([frame([[0.5, 0.5], [0.5, 1.25]], (5.0, 8.0))])
-    with pytest.raises(InputError, match=r"rmax is 2\.5, beyond half of the shortest box edge \(2\)"):
-        RDF(rmax=2.5).over([good, frame(good.positions, (4.0, 9.0))])
-    unequal = Frame(0.0, 0, good.positions, good.velocities, good.box, np.array([1.0, 0.5]), good.masses)
-    with pytest.raises(InputError, match=r"from 0\.5 to 1"):
-        RDF().over([unequal])
-    with pytest.raises(InputError, match="other diameters"):
-        RDF().over([good, frame(good.positions, good.box, 0.5)])
-
-
-def test_a_box_too_small_for_any_bin_is_refused():
-    with pytest.raises(InputError, match="must exceed"):
-        RDF().over([frame([[0.0, 0.0], [0.9, 0.9]], (1.8, 1.8))])
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_mdanalysis_finds_the_same_pairs(dimension):
-    import MDAnalysis
-
-    box = (8.0, 7.0, 9.0)[:dimension]
-    rng = np.random.default_rng(dimension)
-    frames, count, n = [], 5, 150
-    coordinates = np.zeros((count, n, 3), dtype=np.float32)
-    for k in range(count):
-        coordinates[k, :, :dimension] = rng.random((n, dimension)) * box
-        # The same float32 numbers for both, so that only its distances are rounded.
-        frames.append(frame(coordinates[k, :, :dimension].astype(float), box, diameter=0.0))
-    universe = MDAnalysis.Universe.empty(n, trajectory=True)
-    # In the plane the third edge is a placeholder.
-    universe.load_new(coordinates, order="fac", dimensions=[*(*box, 8.0)[:3], 90, 90, 90])
-    ours = RDF(bins=30, rmax=3.0).over(frames)
-    edges, theirs = beside_mdanalysis.counts(universe, 30, 0.0, 3.0)
-    # A distance within float32 rounding of an edge may fall on its other side: of 5 * 11175 pairs, some
-    # 1e5 * 30 edges * 1e-6 / 3 = 1 do; six are allowed in all.
-    assert np.abs(ours.counts - theirs).sum() <= 6
-    np.testing.assert_allclose(edges, ours.edges, rtol=1e-14)
+@pytest.mark.parametrize("width", [0.1, 0.05, 0.3, 0.7])
+def test_a_range_of_whole_widths_keeps_its_last_bin(width):
+    for count in range(1, 40):
+        rmax = round(1.0 + count * width, 2)  # as it is typed
+        edges = _bin_edges(1.0, 60.0, None, width, rmax)
+        np.testing.assert_allclose(edges, np.linspace(1.0, rmax, count + 1), rtol=1e-15)
 
 
 def test_the_quadrature_over_a_shell_is_exact_for_polynomials():

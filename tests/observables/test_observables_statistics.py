@@ -95,12 +95,6 @@ def test_anticorrelated_samples_count_for_more_than_their_number():
     assert estimate.n_eff > 4096
 
 
-def test_blocking_scales_with_the_samples_bit_for_bit():
-    x = autoregressive(np.random.default_rng(4), 0.6, 300, 1)[0] + 7.0
-    small, large = blocking(x), blocking(1024.0 * x)
-    assert (large.mean, large.error, large.tau) == (1024 * small.mean, 1024 * small.error, small.tau)
-
-
 def test_a_constant_series_has_no_error():
     estimate = blocking(np.full(50, 0.1))
     assert (estimate.error, estimate.tau) == (0.0, 1.0)
@@ -131,18 +125,6 @@ def test_unusable_samples_are_refused(bad):
 def test_a_confidence_level_is_a_probability(level):
     with pytest.raises(InputError, match="between 0 and 1"):
         Estimate(1.0, 0.1, 10.0, 1.0, 10).confidence(level)
-
-
-def test_a_ratio_is_that_of_the_sums_and_its_error_that_of_equal_blocks():
-    rng = np.random.default_rng(7)
-    durations = rng.uniform(0.5, 1.5, 4000)
-    events = rng.poisson(10.0 * durations)
-    estimate = ratio(events, durations)
-    assert estimate.mean == events.sum() / durations.sum()
-    # A Poisson rate known from `events` events has the relative error 1 / sqrt(events).
-    expected = estimate.mean / math.sqrt(events.sum())
-    assert estimate.error == pytest.approx(expected, rel=SIX_SIGMA * math.sqrt(0.5 / estimate.blocks))
-    assert abs(estimate.mean - 10.0) < SIX_SIGMA * estimate.error
 
 
 def test_the_error_of_a_ratio_holds_for_blocks_of_any_length():

@@ -61,36 +61,16 @@ def test_what_add_returns_gets_an_error_bar(sim):
     assert z == pytest.approx(right, abs=6.0 * virial.error / 324 + 0.02)  # N = 108
 
 
-def test_measure_and_sample_show_an_observable_the_same_frames(sim):
-    measured = sim.measure(Displacements(), time=2.0, blocks=4)
-    assert len(measured) == 5  # at the start, and after each block
+def test_measure_and_a_loop_show_an_observable_the_same_frames_and_give_the_same_error_bars(sim):
+    measured, energy = sim.measure(Displacements(), Energies(), time=2.0, blocks=8)
+    assert len(measured) == 9  # at the start, and after each block
     again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
-    seen = Displacements()
-    seen.add(again.frame())
-    for frame in again.sample(every=0.5, count=4):
+    seen, values = Displacements(), []
+    for frame in (again.frame(), *again.sample(every=0.25, count=8)):
         seen.add(frame)
+        values.append(Energies().add(frame))
     assert (seen.result() == measured).all()
-
-
-def test_error_bars_of_a_loop_are_those_of_measure(sim):
-    measured = sim.measure(Energies(), time=2.0, blocks=8)
-    again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
-    energies = Energies()
-    values = [energies.add(again.frame())]
-    values += [energies.add(frame) for frame in again.sample(every=0.25, count=8)]
-    assert carom.observables.averages(values) == measured
-
-
-def test_an_observable_of_ones_own_is_measured_of_a_list_a_file_and_a_folder(sim, tmp_path):
-    sim.write(tmp_path / "a.h5md", every=0.5, count=64)
-    frames = carom.io.read(tmp_path / "a.h5md", ":")
-    expected = carom.observables.averages([Fastest().add(frame) for frame in frames])
-    for source in (frames, tmp_path / "a.h5md"):
-        found = carom.measure(source, Fastest(), Displacements())
-        assert found["Fastest"] == expected
-        assert len(found["Displacements"]) == 64
-    with pytest.raises(InputError, match="Rates is of blocks"):
-        carom.measure(frames, Rates())
+    assert carom.observables.averages(values) == energy
 
 
 class Density:
@@ -103,11 +83,20 @@ class Density:
         return np.histogram(frame.positions[:, 0], self.edges)[0]
 
 
-def test_frames_without_a_scene_begin_with_the_first_of_them(sim, tmp_path):
+def test_an_observable_of_ones_own_is_measured_of_a_list_and_a_file_which_begin_with_the_first_frame(
+    sim, tmp_path
+):
     sim.write(tmp_path / "a.h5md", every=0.5, count=128)
-    found = carom.measure(tmp_path / "a.h5md", Density())["Density"]
-    assert len(found) == 2
-    assert sum(each.mean for each in found) == pytest.approx(sim.n)
+    frames = carom.io.read(tmp_path / "a.h5md", ":")
+    expected = carom.observables.averages([Fastest().add(frame) for frame in frames])
+    for source in (frames, tmp_path / "a.h5md"):
+        found = carom.measure(source, Fastest(), Displacements(), Density())
+        assert found["Fastest"] == expected
+        assert len(found["Displacements"]) == 128
+        assert len(found["Density"]) == 2
+        assert sum(each.mean for each in found["Density"]) == pytest.approx(sim.n)
+    with pytest.raises(InputError, match="Rates is of blocks"):
+        carom.measure(frames, Rates())
 
 
 @own.observer

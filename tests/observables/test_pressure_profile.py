@@ -1,4 +1,4 @@
-"""The pressure by layers: equal where nothing pulls, in a field the weight above, in its mean the whole."""
+"""The pressure by layers: equal where nothing pulls, in a field the weight above."""
 
 import math
 
@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import carom
-from carom.errors import InputError
-from carom.models import Ball, Gravity, Shear, SquareWell
-from carom.models.drives import Andersen
-from carom.observables.pressure_profile import LayerFlux, fly
+from carom.models import Ball, Gravity
+from carom.observables.pressure_profile import LayerFlux, catch_up, fly
 
 ROUNDING = 1e-10
 """Sums of some thousand products, relative to the pressure."""
@@ -43,11 +41,20 @@ def test_a_flight_adds_to_each_layer_what_many_looks_at_it_add(pull, wraps):
             if met.size:
                 time = times[met[0] - 1] if met[0] else 0.0
                 times, places = times[: met[0]], places[: met[0]]
-        flux = LayerFlux(
-            0, edge, wraps, g, np.array([mass]), np.array([0.5]), np.array([0.1, 0.0]), np.array([x]),
-            v[None].copy(), np.array([7.0]), np.zeros(bins), *np.zeros((3, bins, 2, 2)),
+        flux, in_parts = (
+            LayerFlux(
+                0, edge, wraps, g, np.array([mass]), np.array([0.1, 0.0]), np.array([x]),
+                v[None].copy(), np.array([7.0]), np.zeros(bins), *np.zeros((3, bins, 2, 2)),
+            )
+            for _ in range(2)
         )  # fmt: skip
         fly(flux, 0, 7.0 + time)
+        for part in (0.3, 0.3, 1.0):
+            catch_up(in_parts, 7.0 + part * time)
+        assert in_parts.stays == pytest.approx(flux.stays, abs=ROUNDING)
+        end = x + v[0] * time + 0.5 * g[0] * time**2
+        assert in_parts.x[0] == pytest.approx(end % edge if wraps else end, abs=ROUNDING)
+        assert in_parts.v[0] == pytest.approx(v + g * time, abs=ROUNDING)
         u = v + g * times[:, None] - flux.drift
         which = np.minimum((places % edge / edge * bins).astype(int), bins - 1)
         step = (4.0 if wraps else 2.0) / POINTS
@@ -56,50 +63,19 @@ def test_a_flight_adds_to_each_layer_what_many_looks_at_it_add(pull, wraps):
         assert flux.stays.sum() == pytest.approx(time, rel=ROUNDING, abs=0.0)
         if pull and wraps and abs(v[0]) * time > edge:
             continue  # whole boxes add the same to every layer
+        assert in_parts.carried == pytest.approx(flux.carried, abs=ROUNDING * np.abs(flux.carried).max())
         for a in range(2):
             for b in range(2):
                 looked = mass * np.bincount(which, u[:, a] * u[:, b], bins) * step
                 assert flux.carried[:, a, b] == pytest.approx(looked, abs=flown * mass * np.max(u**2) + 1e-9)
 
 
-SPECIES = [carom.Species(count=10), carom.Species(count=6, diameter=0.5, mass=0.25)]
-
-SCENES = {
-    "a mixture": carom.Scene.random(dimension=2, packing_fraction=0.3, species=SPECIES, seed=1),
-    "walls": carom.Scene.random(12, 0.3, 2, seed=1, walls=True),
-    "walls of an axis": carom.Scene.random(12, 0.3, 2, seed=1, walls="x"),
-    "wells": carom.Scene.crystal(16, dimension=2, density=0.3, interaction=SquareWell(1.5, 1.0)),
-    "rods": carom.Scene.random(12, 0.5, 1, seed=1),
-}
-
-
-@pytest.mark.filterwarnings("ignore::carom.CaromWarning")
-@pytest.mark.parametrize("name", SCENES)
-def test_the_mean_over_the_layers_is_the_tensor_of_the_box(plain, name):
-    scene = SCENES[name]
-    sim = carom.Simulation(scene, seed=1)
-    by_layers = carom.PressureProfile(axis=scene.dimension - 1, bins=7)
-    whole, layers = sim.measure(carom.PressureTensor(), by_layers, time=2.0, blocks=4)
-    assert sim.collisions > 15
-    scale = np.abs(whole.collisional).max()
-    mean = pytest.approx(whole.collisional, rel=ROUNDING, abs=ROUNDING * scale)
-    assert layers.collisional.mean(axis=0) == mean
-    assert np.ptp(layers.collisional[:, 0, 0]) > 0.0
-    scaled = 0.1 if name == "walls of an axis" else ROUNDING  # 1 / n of it
-    mean = pytest.approx(whole.kinetic, abs=scaled * np.trace(whole.kinetic))
-    assert layers.kinetic.mean(axis=0) == mean
-    assert np.mean(layers.density) == pytest.approx(scene.n / scene.volume, rel=ROUNDING)
-
-
 def test_between_walls_the_parts_are_where_spheres_can_be_and_touch_and_in_sum_the_pressure_of_walls(plain):
     sim = carom.Simulation(carom.Scene.random(12, 0.25, 2, seed=1, walls="y"), seed=1)
     found, low, high = sim.measure(
-        carom.PressureProfile(axis=1, bins=20),
-        carom.WallPressure("y_low"),
-        carom.WallPressure("y_high"),
-        time=20.0,
-        blocks=20,
-    )
+        carom.PressureProfile(axis=1, bins=20), carom.WallPressure("y_low"), carom.WallPressure("y_high"),
+        time=20.0, blocks=20,
+    )  # fmt: skip
     edge, radius = sim.scene.box[1], 0.5
     # Two layers differ by what the momentum between them changed.
     changed = 2.0 * momentum(sim) / (sim.scene.volume / edge * 20.0)
@@ -134,15 +110,25 @@ def momentum_below(frame, edges, axis):
 
 
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
-@pytest.mark.parametrize(("d", "obstacles"), [(1, ()), (2, ()), (3, ()), (2, (Ball((1.5, 1.5), 0.3),))])
+@pytest.mark.parametrize(
+    ("d", "obstacles", "swaps"),
+    [
+        *((d, (), None) for d in (1, 2, 3)),
+        (2, (Ball((1.5, 1.5), 0.3),), None),
+        (2, (), carom.Swaps(interval=0.5)),
+    ],
+)
 def test_a_layer_of_a_mixture_has_the_pressure_of_a_wall_and_what_the_momentum_between_changed(
-    plain, d, obstacles
+    plain, d, obstacles, swaps
 ):
     axis, species = d - 1, [carom.Species(count=1), carom.Species(count=2, diameter=0.4, mass=0.3)]
-    scene = carom.Scene.random(species=species, box=[3.0] * d, walls="xyz"[axis], obstacles=obstacles, seed=1)
-    sim = carom.Simulation(scene, seed=1)
+    sizes = {"diameter": [1.0, 0.4, 0.4], "dimension": d} if swaps else {"species": species}
+    scene = carom.Scene.random(**sizes, box=[3.0] * d, walls="xyz"[axis], obstacles=obstacles, seed=1)
+    sim = carom.Simulation(scene, seed=1, swaps=swaps)
     start = sim.frame()
-    profile, (low, high, *_) = sim.measure(carom.PressureProfile(axis, 10), Impulses(), time=8.0, blocks=2)
+    profile, (low, high, *_) = sim.measure(
+        carom.PressureProfile("xyz"[axis], 10), Impulses(), time=8.0, blocks=2
+    )
     normal, scale = profile.normal, scene.volume / scene.box[axis] * 8.0
     (below, before), (still_below, after) = (
         momentum_below(frame, profile.edges, axis) for frame in (start, sim.frame())
@@ -153,18 +139,9 @@ def test_a_layer_of_a_mixture_has_the_pressure_of_a_wall_and_what_the_momentum_b
     first, last = (4, 6) if obstacles else (10, 0)
     assert normal[:first] == pytest.approx(from_below[:first], rel=0.0, abs=rounding)
     assert normal[last:] == pytest.approx(from_above[last:], rel=0.0, abs=rounding)
+    assert bool(sim.statistics.swaps_accepted) == bool(swaps)
     # A ball takes up momentum in the middle.
     assert (np.abs(from_below - from_above).max() > 0.01 * low / scale) == bool(obstacles)
-
-
-def test_rods_between_walls_have_the_pressure_of_tonks_in_every_layer(plain):
-    sim = carom.Simulation(carom.Scene(np.linspace(1.0, 15.0, 8)[:, None], (16.0,), walls=True), seed=1)
-    speeds, tonks, time = abs(sim.frame().velocities).sum(), 8 * sim.kT / (16.0 - 8.0), 150.0
-    normal = sim.measure(carom.PressureProfile(bins=16), time=time, blocks=16).normal
-    # Rods hand their velocities on: a wall is met as by points in the free length, up to one more or fewer
-    # contact of each, and a layer differs from it by the momentum in between.
-    assert normal == pytest.approx([tonks] * 16, abs=4.0 * speeds / time)
-    assert 4.0 * speeds / time < 0.2 * tonks
 
 
 @pytest.mark.slow
@@ -195,21 +172,3 @@ def test_in_a_field_a_layer_bears_the_weight_of_what_is_above():
     thin = found.kinetic[10:30, 0, 0] / found.density[10:30]
     error = found.kinetic_error[10:30, 0, 0] / found.density[10:30]
     assert (abs(thin - thin.mean()) < FIVE * (error + error.mean())).all()
-
-
-@pytest.mark.usefixtures("unscheduled")
-@pytest.mark.parametrize(
-    ("change", "settings", "asked", "says"),
-    [
-        ({"pinned": [0]}, {}, {}, "pinned"),
-        ({"motion": Shear(1.0)}, {}, {}, "motion Shear"),
-        ({"motion": Gravity((0.0, -1.0))}, {}, {}, "fall for ever"),
-        ({"drive": Andersen(1.0, rate=1.0)}, {}, {}, "drive"),
-        ({}, {"growth": 0.1}, {}, "do not grow"),
-        ({}, {}, {"axis": 2}, "axis is 2"),
-    ],
-)
-def test_it_is_refused_where_events_do_not_tell_it(change, settings, asked, says):
-    scene = carom.Scene([[2.0, 5.0], [6.0, 5.0]], (8.0, 8.0)).replace(**change)
-    with pytest.raises(InputError, match=says):
-        carom.Simulation(scene, **settings).measure(carom.PressureProfile(**asked), time=1.0)

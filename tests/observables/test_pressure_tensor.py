@@ -1,4 +1,4 @@
-"""The pressure tensor: its trace is the virial, a fluid is isotropic, and a lone rod is computed by hand."""
+"""The pressure tensor: its trace is the virial, layers have its mean, a fluid is isotropic, a rod by hand."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,7 @@ from helpers.mixtures import mixture
 
 import carom
 from carom.block import Block, MomentumFlux
-from carom.errors import InputError
-from carom.models import Ball, Gravity, Shear, SquareWell
-from carom.models.drives import Andersen
+from carom.models import Andersen, Ball, Shear, SquareWell
 from carom.observables.pressure_tensor import StreamTensor
 
 ROUNDING = 1e-10
@@ -22,19 +20,22 @@ SCENES = {
         [10, 6], diameters=[1.0, 0.5], masses=[1.0, 0.25], dimension=2, packing_fraction=0.3, seed=1
     ),
     "walls": carom.Scene.random(12, 0.3, 2, seed=1, walls=True),
+    "walls of an axis": carom.Scene.random(12, 0.3, 2, seed=1, walls="x"),
     "an obstacle": carom.Scene.random(12, 0.3, 2, seed=1, obstacles=[Ball((2.0, 2.0), 1.0)]),
     "wells": carom.Scene.crystal(16, dimension=2, density=0.3, interaction=SquareWell(1.5, 1.0)),
+    "rods": carom.Scene.random(12, 0.5, 1, seed=1),
 }
 
 
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
 @pytest.mark.parametrize("name", SCENES)
-def test_the_trace_is_the_pressure_from_the_virial_of_the_same_stretch(plain, name):
+def test_the_trace_is_the_pressure_from_the_virial_and_the_mean_over_the_layers_the_tensor(plain, name):
     sim, alone = (carom.Simulation(SCENES[name], seed=1) for _ in range(2))
-    pressure, found = sim.measure(carom.Pressure(), carom.PressureTensor(), time=3.0, blocks=8)
+    d = sim.scene.dimension
+    kinds = carom.Pressure(), carom.PressureTensor(), carom.PressureProfile(axis=d - 1, bins=7)
+    pressure, found, layers = sim.measure(*kinds, time=3.0, blocks=8)
     assert sim.collisions > 20
     assert alone.measure(carom.Pressure(), time=3.0, blocks=8).pressure == pressure.pressure
-    d = sim.scene.dimension
     assert found.pressure.mean == pytest.approx(pressure.pressure.mean, rel=ROUNDING)
     assert np.trace(found.tensor) / d == pytest.approx(pressure.pressure.mean, rel=ROUNDING)
     # Where kT fluctuates, both take it into account in a way of their own.
@@ -43,8 +44,16 @@ def test_the_trace_is_the_pressure_from_the_virial_of_the_same_stretch(plain, na
     )
     assert found.tensor == pytest.approx(found.kinetic + found.collisional, rel=ROUNDING)
     assert (found.tensor == found.tensor.T).all()
-    volume = sim.scene.volume
-    assert np.trace(found.kinetic) == pytest.approx(d * sim.scene.n * pressure.kT / volume, rel=1e-9)
+    density = sim.scene.n / sim.scene.volume
+    assert np.trace(found.kinetic) == pytest.approx(d * density * pressure.kT, rel=1e-9)
+    scale = np.abs(found.collisional).max()
+    assert layers.collisional.mean(axis=0) == pytest.approx(
+        found.collisional, rel=ROUNDING, abs=ROUNDING * scale
+    )
+    assert np.ptp(layers.collisional[:, 0, 0]) > 0.0
+    scaled = 0.1 if name == "walls of an axis" else ROUNDING  # 1 / n of it
+    assert layers.kinetic.mean(axis=0) == pytest.approx(found.kinetic, abs=scaled * np.trace(found.kinetic))
+    assert np.mean(layers.density) == pytest.approx(density, rel=ROUNDING)
 
 
 @pytest.mark.slow
@@ -72,33 +81,24 @@ def test_two_disks_on_a_line_press_along_it_alone(plain, along, edge):
     assert found == pytest.approx(right, rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.usefixtures("unscheduled")
-@pytest.mark.parametrize(
-    ("change", "settings", "says"),
-    [
-        ({"pinned": [0]}, {}, "pinned"),
-        ({"motion": Gravity((0.0, -1.0))}, {}, "momentum"),
-        ({"drive": Andersen(1.0, rate=1.0)}, {}, "drive"),
-        ({}, {"growth": 0.1}, "do not grow"),
-    ],
-)
-def test_it_is_refused_where_events_do_not_tell_it(change, settings, says):
-    scene = carom.Scene([[2.0, 5.0], [6.0, 5.0]], (8.0, 8.0)).replace(**change)
-    with pytest.raises(InputError, match=says):
-        carom.Simulation(scene, **settings).measure(carom.PressureTensor(), time=1.0)
-
-
-@pytest.mark.parametrize("d", [2, 3, 4])
-def test_a_sheared_box_has_the_tensor_viscosity_and_normal_stresses_of_its_blocks(d):
-    """Any numbers will do for sums. Of three particles, the center of mass takes a third of the motion."""
+@pytest.mark.parametrize(("d", "n", "drive", "factor"), [
+    (2, 3, None, 1.5), (3, 3, None, 1.5), (4, 3, None, 1.5),
+    (3, 3, Andersen(1.0, 1.0), 1.0), (2, 1, None, 1.0),
+])  # fmt: skip
+def test_a_sheared_box_has_the_tensor_viscosity_and_normal_stresses_of_its_blocks(d, n, drive, factor):
+    """Any numbers will do for sums. Of three particles, a center of mass whose momentum is conserved takes a
+    third of the motion.
+    """
     rng = np.random.default_rng(d)
     durations, sums = rng.uniform(1.0, 2.0, 16), rng.uniform(1.0, 2.0, (16, 2, d, d))
-    scene = carom.Scene(np.linspace(1.0, 4.0, 3)[:, None] * np.ones(d), (5.0,) * d, motion=Shear(0.5))
+    places = np.linspace(1.0, 4.0, n)[:, None] * np.ones(d)
+    scene = carom.Scene(places, (5.0,) * d, motion=Shear(0.5), drive=drive)
     stretch = StreamTensor(scene)
     for time, (carried, handed_over) in zip(durations, sums, strict=True):
         stretch.add(Block(time, 1, 99.0, momentum_flux=MomentumFlux(carried, handed_over)))
     found = stretch.result()
-    kinetic, collisional = sums.sum(axis=0) * np.array([1.5, 1.0])[:, None, None] / 5.0**d / durations.sum()
+    kinetic, collisional = sums.sum(axis=0) / 5.0**d / durations.sum()
+    kinetic *= factor
     assert found.kinetic == pytest.approx(kinetic)
     assert found.collisional == pytest.approx(collisional)
     assert found.tensor == pytest.approx(kinetic + collisional)

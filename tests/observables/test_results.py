@@ -1,12 +1,15 @@
 """Every result prints, draws itself, and goes to tables and files and back."""
 
+import dataclasses
 import json
 import math
+import sys
 import warnings
 
 import numpy as np
 import pytest
 from helpers.drawn import strange_bars
+from helpers.frames import at_rest
 from helpers.plain import uncompiled
 
 import carom
@@ -22,19 +25,11 @@ def found():
     with uncompiled(), warnings.catch_warnings():
         warnings.simplefilter("ignore", carom.CaromWarning)
         return carom.Simulation(scene, seed=1).measure(
-            carom.Pressure(),
-            carom.PressureTensor(),
-            carom.Energy(),
-            carom.RDF(rmax=2.0, pair=("a", "b")),
-            carom.StructureFactor(shells=6),
-            carom.Dynamics(shells=2),
-            carom.BondOrder(rmax=2.0),
-            carom.DensityProfile(bins=8),
-            carom.FreeFlights(),
-            carom.PressureProfile(axis=1, bins=8),
-            time=20.0,
-            blocks=64,
-        )
+            carom.Pressure(), carom.PressureTensor(), carom.Energy(), carom.RDF(rmax=2.0, pair=("a", "b")),
+            carom.StructureFactor(shells=6), carom.Dynamics(shells=2), carom.BondOrder(rmax=2.0),
+            carom.DensityProfile(bins=8), carom.FreeFlights(), carom.PressureProfile(axis=1, bins=8),
+            time=20.0, blocks=64,
+        )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +40,8 @@ def walls():
 
 
 @pytest.fixture(scope="module")
-def changing():
-    """Results of a box whose volume changes, and of one whose shear oscillates."""
+def others():
+    """Results of a box whose volume changes, of one whose shear oscillates, and of a crystal."""
     barostat, flow = carom.Barostat(1.0, interval=0.2, step=0.4), carom.models.Shear(0.5, period=1.0)
     fluid = carom.Scene.random(6, 0.2, 2, seed=1)
     with uncompiled(), warnings.catch_warnings():
@@ -56,13 +51,16 @@ def changing():
         return [
             sim.measure(carom.Volume(), time=20.0, blocks=32),
             sheared.measure(carom.observables.ShearModuli(), time=4.0, blocks=64),
+            carom.observables.Crystallinity().over(
+                [at_rest(carom.Scene.crystal(108, 0.6), t) for t in range(3)]
+            ),
         ]
 
 
 KINDS = (
     "PressureResult", "PressureTensorResult", "EnergyResult", "RDFResult", "StructureFactorResult",
     "DynamicsResult", "BondOrderResult", "DensityProfileResult", "FreeFlightsResult",
-    "PressureProfileResult", "WallPressureResult", "VolumeResult", "ShearModuliResult",
+    "PressureProfileResult", "WallPressureResult", "VolumeResult", "ShearModuliResult", "CrystallinityResult",
 )  # fmt: skip
 
 
@@ -91,6 +89,7 @@ LINES = {
     ],
     "FreeFlightsResult": lambda found: list(flights_lines(found)),
     "PressureProfileResult": lambda found: [(found.middle, found.tensor[:, a, a]) for a in (1, 0)],
+    "CrystallinityResult": lambda found: [(found.times, [108] * 3)] * 2,
 }
 """Numbers of the lines of each picture in the plane, in order."""
 
@@ -98,8 +97,8 @@ LINES = {
 @pytest.mark.parametrize("k", range(len(KINDS)), ids=KINDS)
 class TestEveryResult:
     @pytest.fixture
-    def result(self, found, walls, changing, k):
-        return (*found, walls, *changing)[k]
+    def result(self, found, walls, others, k):
+        return (*found, walls, *others)[k]
 
     def test_comes_back_from_files_as_it_was(self, result, k, tmp_path):
         assert type(result).__name__ == KINDS[k]
@@ -131,14 +130,11 @@ class TestEveryResult:
                 assert (float(text) == table[name][0]) if math.isfinite(table[name][0]) else text == ""
 
     def test_draws_the_error_of_each_number_beside_it(self, result, k):
-        if KINDS[k] == "EnergyResult":
+        if KINDS[k] in ("EnergyResult", "CrystallinityResult"):  # nothing is drawn, or a number of each frame
             return
         (axes,) = result.plot().axes
-        if KINDS[k] in (
-            "PressureResult",
-            "WallPressureResult",
-            "VolumeResult",
-        ):  # the band is that of the mean up to there
+        if KINDS[k] in ("PressureResult", "WallPressureResult", "VolumeResult"):
+            # The band is that of the mean up to there.
             assert len(strange_bars(axes, result)[1]) == (len(result.block_values) - 1) * (k == 0)
             return
         if KINDS[k] == "PressureProfileResult":
@@ -178,7 +174,7 @@ class TestEveryResult:
         assert figure.axes[0].get_ylabel()
 
 
-def test_keys_are_those_of_the_attributes(found):
+def test_keys_are_those_of_the_attributes(found, tmp_path):
     pressure = found[0].to_dict()
     assert pressure["kind"] == "PressureResult"
     assert pressure["Z"] == found[0].Z.mean
@@ -186,6 +182,8 @@ def test_keys_are_those_of_the_attributes(found):
     assert {"pressure", "reduced_pressure", "contact_value", "collision_rate", "kT", "n"} <= pressure.keys()
     assert {"U", "U_error", "kinetic", "total"} <= found[2].to_dict().keys()
     assert found[3].to_dict()["g"] == found[3].g.tolist()
+    found[3].save(tmp_path / "g.csv")
+    assert "# pair: 0 1\n" in (tmp_path / "g.csv").read_text()
 
 
 def test_a_saved_result_is_strict_json(found, tmp_path):
@@ -229,24 +227,13 @@ def test_what_is_no_result_is_not_loaded(name, text, says, tmp_path):
 @pytest.mark.parametrize(
     ("k", "key", "value"),
     [
-        (0, "Z", "x"),
-        (0, "Z_error", -1.0),
-        (0, "Z_n_eff", None),
-        (0, "Z_blocks", 2.5),
-        (0, "n", True),
-        (0, "packing_fraction", []),
-        (0, "note", 5),
-        (0, "kind", ["PressureResult"]),
-        (3, "edges", "x"),
-        (3, "g", [1.0]),
-        (3, "g", ["a", "b"]),
-        (3, "pair", [0.5, 1]),
+        (0, "Z", "x"), (0, "Z_error", -1.0), (0, "Z_n_eff", None), (0, "Z_blocks", 2.5), (0, "n", True),
+        (0, "packing_fraction", []), (0, "note", 5), (0, "kind", ["PressureResult"]),
+        (3, "edges", "x"), (3, "g", [1.0]), (3, "g", ["a", "b"]), (3, "pair", [0.5, 1]),
         (7, "density", {}),
-        (8, "free_time", [1.0]),
-        (8, "collision_rate", [[1.0], [2.0]]),
-        (8, "normal_speed", {"a-b": None}),
+        (8, "free_time", [1.0]), (8, "collision_rate", [[1.0], [2.0]]), (8, "normal_speed", {"a-b": None}),
     ],
-)
+)  # fmt: skip
 def test_a_saved_result_that_was_changed_is_refused(found, tmp_path, k, key, value):
     path = tmp_path / "a.json"
     path.write_text(json.dumps(found[k].to_dict() | {key: value}))
@@ -273,17 +260,13 @@ def test_files_that_cannot_be_written_are_said(found, tmp_path):
 
 
 def test_without_pandas_a_table_is_a_sentence(found, monkeypatch):
-    import sys
-
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match="pip install pandas"):
         found[0].to_dataframe()
 
 
 def test_a_result_of_estimates_alone_has_a_default_text():
-    from dataclasses import dataclass
-
-    @dataclass(frozen=True, eq=False, repr=False)
+    @dataclasses.dataclass(frozen=True, eq=False, repr=False)
     class HeightResult(results.Result):
         height: Estimate
 

@@ -16,11 +16,10 @@ from carom.figures.caps import COLORS
 from carom.figures.palette import FACES
 from carom.observables import Crystallinity
 from carom.observables.rdf import RDF, PartialRDF
-from carom.observables.statistics import Estimate
 from carom.pictures import plots
 from carom.results import KINDS, Result
-from carom.studies.accuracy.picture import picture as of_methods
 from carom.studies.eos import pictures as eos
+from carom.studies.trade.picture import picture as of_methods
 
 PALETTE = {
     *map(
@@ -144,16 +143,6 @@ def test_points_have_no_packing_fraction_and_no_errors_of_empty_bins_in_their_pi
     axes = plots.rdf(wide).axes[0]
     assert axes.get_ylim()[1] < 2.5 * wide.g.max()
     assert "η" not in axes.get_title()
-
-
-def test_both_contact_values_stand_at_contact():
-    rng = np.random.default_rng(1)
-    gaps = rng.dirichlet(np.ones(30)) * 30.0
-    frames = [frame_of(np.mod(np.cumsum(gaps + 1.0), 60.0)[:, None], (60.0,)) for _ in range(3)]
-    figure = plots.rdf(RDF(width=0.05).over(frames), contact_value=Estimate(2.0, 0.01, 100.0, 1.0, 64))
-    (inset,) = figure.axes[0].child_axes
-    marks = [line for line in inset.get_lines() if line.get_marker() in "Do"]
-    assert [line.get_xdata().tolist() for line in marks] == [[1.0], [1.0]]
 
 
 def test_a_figure_that_errors_have_set_is_found():

@@ -1,6 +1,4 @@
-"""Movies and pictures in space: light, depth, obstacles, and a file that other programs play."""
-
-from __future__ import annotations
+"""Movies and pictures in space: light, depth, obstacles, what is hidden, and a file that others play."""
 
 import math
 import time
@@ -8,6 +6,7 @@ import time
 import numpy as np
 import pytest
 from helpers.frames import crystal, frame_of, frames_of
+from PIL import Image, ImageSequence
 
 import carom
 from carom.drawing import render
@@ -25,6 +24,12 @@ def camera_of(frame, size):
     square = Camera.on(frame, size)
     edges = square.width, square.height
     return Camera.on(frame, math.ceil(size * max(edges) / min(edges)))
+
+
+def played(path):
+    """Return the pictures of a movie."""
+    with Image.open(path) as film:
+        return [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
 
 
 def test_a_disk_covers_the_points_that_its_area_says_in_the_color_of_its_species():
@@ -85,8 +90,6 @@ def test_a_movie_has_every_frame_at_its_time(tmp_path, suffix):
     assert count == 5
     assert done == [(k, 5) for k in range(1, 6)]
     if suffix == ".gif":
-        from PIL import Image
-
         with Image.open(tmp_path / "a.gif") as film:
             assert film.n_frames == 5
             assert film.info["duration"] == 100
@@ -117,10 +120,7 @@ def test_rattlers_have_a_color_of_their_own(tmp_path):
     loose = carom.Frame(**{**vars(frame), "diameters": diameters})
     camera = camera_of(loose, 400)
     carom.movie([loose], tmp_path / "a.gif", size=400, color="rattlers")
-    from PIL import Image
-
-    with Image.open(tmp_path / "a.gif") as film:
-        picture = np.asarray(film.convert("RGB"), float)
+    (picture,) = played(tmp_path / "a.gif")
     assert picture.shape[1] == camera.width
     assert camera.height < picture.shape[0] < 1.1 * camera.height  # the strip
     picture = picture[: camera.height]
@@ -133,8 +133,6 @@ def test_rattlers_have_a_color_of_their_own(tmp_path):
 
 def test_a_gif_has_the_colors_of_all_its_frames(tmp_path):
     """At first one disk moves; later all do, at speeds that the first frame has no colors for."""
-    from PIL import Image, ImageSequence
-
     start = crystal(2, 6)
     velocities = np.zeros_like(start.velocities)
     velocities[0] = 1.0, 0.0
@@ -142,9 +140,7 @@ def test_a_gif_has_the_colors_of_all_its_frames(tmp_path):
     frames = [carom.Frame(**{**vars(start), "velocities": v}) for v in (velocities, 0.5 * later, later)]
     carom.movie(frames, tmp_path / "a.gif", size=128, color="speed")
     top = 2.5 * np.sqrt(np.mean([np.sum(f.velocities**2, axis=1) for f in frames]))
-    with Image.open(tmp_path / "a.gif") as film:
-        shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
-    for frame, picture in zip(frames, shown, strict=True):
+    for frame, picture in zip(frames, played(tmp_path / "a.gif"), strict=True):
         wanted = rendered(frame, camera_of(frame, 128), colors=_colors(frame, "speed", top, ()))
         off = np.abs(picture[: len(wanted)] - wanted).max(axis=2)
         assert off.max() < 48  # 255 colors; with those of the first frame it was 88
@@ -171,8 +167,6 @@ def test_the_strip_under_a_movie_has_the_time_and_the_colors():
 
 @pytest.mark.parametrize("fps", [24, 30, 50])
 def test_a_gif_lasts_as_long_as_it_should(tmp_path, fps):
-    from PIL import Image, ImageSequence
-
     frames = frames_of(2, count=13)
     carom.movie(frames, tmp_path / "a.gif", size=48, fps=fps)
     with Image.open(tmp_path / "a.gif") as film:
@@ -205,16 +199,13 @@ def test_what_makes_no_movie_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("edges", "size"), [((8.0, 4.0), 60), ((60.0, 1.0), 400)])
 def test_a_movie_of_boxes_that_change_has_room_for_the_largest(tmp_path, edges, size):
-    from PIL import Image, ImageSequence
-
     small, large = (
         frame_of([[0.5 * part * edge for edge in edges]], tuple(part * edge for edge in edges), 0.5)
         for part in (0.5, 1.0)
     )
     carom.movie([small, large], tmp_path / "a.gif", size=size)
-    with Image.open(tmp_path / "a.gif") as film:
-        width, height = film.size
-        pictures = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
+    pictures = played(tmp_path / "a.gif")
+    height, width, _ = pictures[0].shape
     if edges[0] > 10 * edges[1]:
         assert width == 1920, "an edge is as long as can be played"
     else:
@@ -226,6 +217,41 @@ def test_a_movie_of_boxes_that_change_has_room_for_the_largest(tmp_path, edges, 
     lengths = [found[-1] - found[0] for found in columns]
     assert lengths[0] == pytest.approx(0.5 * lengths[1], abs=6)
     assert sum(columns[0][[0, -1]]) == pytest.approx(sum(columns[1][[0, -1]]), abs=6), "both in the middle"
+
+
+def test_a_disc_is_hidden_by_a_later_one_that_lies_on_it_and_not_by_an_earlier_one(monkeypatch):
+    monkeypatch.setattr(render, "FEW", 0)
+    centers = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])
+    radii = np.array([1.0, 0.5, 1.0, 1.2, 1.0])
+    assert render.visible(centers, radii).tolist() == [False, False, True, True, True]
+    assert render.visible(centers[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
+
+
+def test_a_disc_is_seen_if_and_only_if_a_point_shows_it(monkeypatch):
+    monkeypatch.setattr(render, "FEW", 0)
+    rng = np.random.default_rng(1)
+    centers, radii = rng.random((200, 2)) * 5.6, rng.uniform(0.3, 1.5, 200)
+    seen = render.visible(centers, radii)
+    # A grid of other points, ten times finer: what shows there by a thirtieth of the disc must be seen.
+    points = np.stack(np.meshgrid(*[np.arange(-1.5, 7.1, 0.02)] * 2, indexing="ij"), axis=-1)
+    last = np.full(points.shape[:2], -1)
+    for k, (center, radius) in enumerate(zip(centers, radii, strict=True)):
+        last[((points - center) ** 2).sum(axis=-1) < radius**2] = k
+    shown = np.bincount(last[last >= 0], minlength=200) * 0.02**2 / (np.pi * radii**2)
+    assert seen[shown > 1 / 10].all()
+    assert not seen[shown == 0.0].any()
+    assert seen.sum() < 100
+
+
+def test_a_picture_without_the_hidden_spheres_is_the_same(monkeypatch):
+    rng, edge = np.random.default_rng(2), (1500 * np.pi / 6 / 0.45) ** (1 / 3)
+    frame = frame_of(rng.random((1500, 3)) * edge, (edge,) * 3, rng.choice([1.0, 0.4], 1500))
+    camera = render.Camera.on(frame, 300)
+    whole = render.rendered(frame, camera).astype(float)
+    monkeypatch.setattr(render, "FEW", 0)
+    left = render.rendered(frame, camera).astype(float)
+    # One pixel in a hundred may show a sliver of what is left out.
+    assert (np.abs(left - whole).max(axis=2) > 16).mean() < 0.01
 
 
 @pytest.mark.timing

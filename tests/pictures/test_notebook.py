@@ -1,7 +1,5 @@
 """Notebooks: plots, bars and tables appear by themselves, and frames go to other programs in one word."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from helpers.frames import frames_of, write

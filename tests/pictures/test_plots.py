@@ -2,26 +2,34 @@
 
 import dataclasses
 import math
-import sys
 
 import numpy as np
 import pytest
 from helpers.drawn import bars, outside, segments, strange_bars
 from helpers.estimates import estimate
-from helpers.frames import frame_of as frame
+from helpers.frames import at_rest, frame_of as frame
+from helpers.mixtures import mixture
+from helpers.scripts import python
 from matplotlib import rc_context
-from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
 from PIL import Image
 
 from carom import theory
 from carom.block import Block
+from carom.drawing.render import Camera, rendered
 from carom.errors import FileError, InputError
-from carom.figures.palette import THEORIES
+from carom.figures.palette import FACES, THEORIES
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import RDF
+from carom.observables.packing import packing_network
 from carom.observables.pressure import Pressure
+from carom.observables.rdf import PartialRDF
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
+from carom.studies.packings.packing import HISTORY
 
 
 def dashed(figure):
@@ -31,9 +39,13 @@ def dashed(figure):
     return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
 
 
-def lattice(dimension, cells=4):
+def lattice(dimension, cells=4, diameters=1.0):
     sites = np.stack(np.meshgrid(*[1.1 * np.arange(cells)] * dimension, indexing="ij"), axis=-1)
-    return frame(sites.reshape(-1, dimension), (1.1 * cells,) * dimension)
+    return frame(sites.reshape(-1, dimension), (1.1 * cells,) * dimension, diameters)
+
+
+TOUCHING = 1.1 - 1e-9
+"""Diameters of a lattice of contacts."""
 
 
 def is_png(path):
@@ -154,6 +166,8 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
     count, strange = strange_bars(axes, [distribution, implied])
     near = int((distribution.r < 1.25 * distribution.diameter).sum())
     assert (count, strange) == (len(distribution.g) + near + 2, [])
+    marks = [line for line in inset.get_lines() if line.get_marker() in "Do"]
+    assert [line.get_xdata().tolist() for line in marks] == [[1.0], [1.0]]  # both at contact
     labels = inset.get_legend_handles_labels()[1]
     assert any("pressure 2.000" in label for label in labels)
     assert any(distribution.contact_value.value_text[:4] in label for label in labels)
@@ -181,16 +195,23 @@ def test_disks_are_drawn_to_scale_with_copies_at_the_border():
     assert axes.get_aspect() == 1.0
 
 
-def test_rods_across_the_border_are_drawn_at_both_ends():
-    figure = plots.snapshot(frame([[0.25], [3.0]], (6.0,)))
-    rods = next(c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
+@pytest.mark.parametrize(
+    ("places", "edge", "periodic", "drawn"),
+    [
+        ([[0.25], [3.0]], 6.0, True, [(-0.25, 0.75), (2.5, 3.5), (5.75, 6.75)]),
+        ([[0.5], [2.0], [3.5]], 4.0, False, [(0.0, 1.0), (1.5, 2.5), (3.0, 4.0)]),
+    ],
+)
+def test_rods_are_drawn_where_they_are_and_across_a_periodic_border_at_both_ends(
+    places, edge, periodic, drawn
+):
+    figure = plots.snapshot(frame(places, (edge,), periodic=periodic))
+    (rods,) = (c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
     spans = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
-    np.testing.assert_allclose(spans, [(-0.25, 0.75), (2.5, 3.5), (5.75, 6.75)])
+    np.testing.assert_allclose(spans, drawn)
 
 
 def test_near_spheres_are_drawn_over_far_ones():
-    from carom.drawing.render import Camera, rendered
-
     camera = Camera.on(frame([[5.0, 5.0, 5.0]], (10.0, 10.0, 10.0)), 200)
     pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], camera.axes[2])
     both = frame(pair, (10.0, 10.0, 10.0))
@@ -215,13 +236,6 @@ def test_spheres_stand_on_the_ground_of_the_style_and_their_box_can_be_seen_on_i
         assert (abs(shown - ground) > 150).sum() > 1000, "edges of the box"
 
 
-def test_rods_between_walls_are_drawn_once_each_where_they_are():
-    figure = plots.snapshot(frame([[0.5], [2.0], [3.5]], (4.0,), periodic=False))
-    (rods,) = (c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
-    ends = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
-    assert ends == [(0.0, 1.0), (1.5, 2.5), (3.0, 4.0)]
-
-
 @pytest.mark.parametrize("tilt", [0.25, -0.25])
 def test_copies_of_a_disk_of_a_sheared_box_stand_in_its_tilted_lattice(tilt):
     one = dataclasses.replace(frame([[2.0, 3.875]], (5.0, 4.0)), tilt=tilt)
@@ -235,21 +249,23 @@ def test_copies_of_a_disk_of_a_sheared_box_stand_in_its_tilted_lattice(tilt):
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 6])
 def test_snapshots_of_every_dimension_are_saved(dimension, tmp_path):
-    figure = plots.snapshot(lattice(dimension, 4 if dimension < 5 else 2), path=tmp_path / "s.png")
+    places = lattice(dimension, 4 if dimension < 5 else 2)
+    changes = {"species": np.arange(places.n) % 2, "periodic": (False,) * dimension}
+    mixture = dataclasses.replace(places, positions=places.positions + 0.5, **changes)
+    figure = plots.snapshot(mixture, obstacles=[Ball((1.0,) * dimension, 0.2)], path=tmp_path / "s.png")
     assert isinstance(figure, Figure)
     assert is_png(tmp_path / "s.png")
     assert ("first two coordinates" in figure.axes[0].get_title()) is (dimension > 3)
+    assert plots.snapshot(places).axes
 
 
 def test_pictures_leave_pyplot_alone():
-    import subprocess
-
     script = (
         "import sys; from carom.pictures import plots; from carom.frame import Frame; import numpy as np; "
         "x = np.zeros((1, 2)); plots.snapshot(Frame(0.0, 0, x, x, (2.0, 2.0), np.ones(1), np.ones(1))); "
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
-    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+    python("-c", script)
 
 
 def test_unwritable_pictures_are_refused(tmp_path):
@@ -260,9 +276,6 @@ def test_unwritable_pictures_are_refused(tmp_path):
 
 
 def test_every_picture_of_numbers_holds_its_data_within_its_axes():
-    from carom.observables.packing import packing_network
-    from carom.studies.packings.packing import HISTORY
-
     found = estimate(simple=True)
     figure = plots.pressure(found)
     # Most of the blocks and of the wide band at the beginning, on purpose: they would flatten the mean.
@@ -321,11 +334,7 @@ def test_every_particle_of_a_snapshot_is_drawn_within_its_axes(dimension):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
-    from carom.drawing.render import Camera
-    from carom.observables.packing import packing_network
-
-    places = lattice(dimension, 3)
-    places = frame(places.positions, places.box, 1.1 - 1e-9)
+    places = lattice(dimension, 3, TOUCHING)
     network = packing_network(places)
     assert network.contacts == dimension * 3**dimension
     figure = plots.packing(network)
@@ -346,13 +355,7 @@ def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
 
 @pytest.mark.parametrize(("dimension", "edge"), [(2, 3), (2, 60), (3, 3)])
 def test_bonds_of_a_packing_are_thinner_than_a_tenth_of_a_disk(dimension, edge):
-    from matplotlib.collections import LineCollection
-
-    from carom.observables.packing import packing_network
-
-    places = lattice(dimension, edge)
-    places = frame(places.positions, places.box, 1.1 - 1e-9)
-    figure = plots.packing(packing_network(places))
+    figure = plots.packing(packing_network(lattice(dimension, edge, TOUCHING)))
     figure.canvas.draw()
     axes = figure.axes[0]
     scale = np.diff(axes.transData.transform([[0.0, 0.0], [1.1, 0.0]])[:, 0])[0] * 72.0 / figure.dpi
@@ -361,18 +364,13 @@ def test_bonds_of_a_packing_are_thinner_than_a_tenth_of_a_disk(dimension, edge):
 
 
 def test_a_packing_in_space_is_drawn_with_its_obstacles():
-    from dataclasses import replace
-
-    from carom.models import Ball, Plane
-    from carom.observables.packing import packing_network
-
-    places = lattice(3, 3)
-    places = frame(places.positions, places.box, 1.1 - 1e-9)
-    network = packing_network(places)
+    network = packing_network(lattice(3, 3, TOUCHING))
     kinds = {"EllipseCollection": "get_offsets", "PolyCollection": "get_paths", "LineCollection": "get_paths"}
     drawn = []
     for obstacles in ([], [Ball((0.5, 0.5, 0.5), 0.2)], [Plane((0.0, 0.0, 1.0), 0.0)]):
-        collections = plots.packing(replace(network, obstacles=tuple(obstacles))).axes[0].collections
+        collections = (
+            plots.packing(dataclasses.replace(network, obstacles=tuple(obstacles))).axes[0].collections
+        )
         drawn.append(
             [
                 sum(len(getattr(c, get)()) for c in collections if type(c).__name__ == kind)
@@ -385,8 +383,6 @@ def test_a_packing_in_space_is_drawn_with_its_obstacles():
 
 
 def test_a_compression_is_drawn_at_the_density_in_the_middle_of_each_stretch():
-    from carom.studies.packings.packing import HISTORY
-
     history = np.zeros(3, dtype=HISTORY)
     history["packing_fraction"], history["Z"] = [0.4, 0.5, 0.56], [10.0, 20.0, 50.0]
     dots = plots.compression(history, 0.64, 3).axes[0].lines[0].get_xdata()
@@ -394,3 +390,62 @@ def test_a_compression_is_drawn_at_the_density_in_the_middle_of_each_stretch():
     assert plots.compression(history, math.nan, 3).axes[0].lines[0].get_xdata() == pytest.approx(
         [0.4, 0.45, 0.53], rel=1e-12
     )
+
+
+# Mixtures, walls and obstacles.
+
+
+def three(dimension, periodic=None):
+    """Return a small one between two large ones at the border."""
+    places = np.full((3, dimension), 2.0)
+    places[:, 0] = [0.2, 2.0, 3.9]
+    found = frame(places, (4.0,) * dimension, [1.0, 0.5, 1.0], species=np.array([0, 1, 0]))
+    return dataclasses.replace(found, periodic=periodic or (True,) * dimension)
+
+
+def ellipses(figure):
+    """Widths, offsets and colors of all circles drawn as collections."""
+    found = []
+    for collection in figure.axes[0].collections:
+        if type(collection).__name__ == "EllipseCollection":
+            colors = [to_hex(c) for c in collection.get_facecolor()]
+            widths = collection.get_widths()
+            colors = colors * len(widths) if len(colors) == 1 else colors
+            found += list(zip(widths, collection.get_offsets()[:, 0], colors, strict=True))
+    return found
+
+
+def test_disks_have_their_own_sizes_and_the_color_of_their_species():
+    drawn = ellipses(plots.snapshot(three(2)))
+    real = sorted((x, c) for _, x, c in drawn if 0 <= x < 4)
+    assert [(round(x, 9), c) for x, c in real] == [(0.2, FACES[0]), (2.0, FACES[1]), (3.9, FACES[0])]
+    sizes = {round(x, 9): w for w, x, _ in drawn}
+    assert sizes[2.0] / sizes[0.2] == 0.5
+    # Both large ones cross the border along x.
+    assert sorted(round(x, 9) for _, x, _ in drawn if not 0 <= x < 4) == [-0.1, 4.2]
+
+
+def test_nothing_comes_through_a_wall():
+    figure = plots.snapshot(three(2, (False, True)))
+    assert all(0 <= x < 4 for _, x, _ in ellipses(figure))
+    thick = [c for c in figure.axes[0].collections if max(c.get_linewidth(), default=0) == 3.0]
+    assert len(thick) == 1
+    assert {tuple(path.vertices[:, 0]) for path in thick[0].get_paths()} == {(0.0, 0.0), (4.0, 4.0)}
+
+
+def test_obstacles_are_drawn_to_scale_with_their_images():
+    obstacles = [Ball((0.5, 1.0), 0.75), SphericalContainer((2.0, 2.0), 1.9), Plane((0.0, 2.0), 1.0)]
+    figure = plots.snapshot(three(2, (True, False)), obstacles=obstacles)
+    circles = sorted((p.radius, *p.center) for p in figure.axes[0].patches if isinstance(p, Circle))
+    assert circles == [(0.75, -3.5, 1.0), (0.75, 0.5, 1.0), (0.75, 4.5, 1.0), (1.9, 2.0, 2.0)]
+    (half_plane,) = (p for p in figure.axes[0].patches if type(p) is Polygon)
+    assert half_plane.get_xy()[:, 1].max() == pytest.approx(0.5)
+    tube = plots.snapshot(three(2, (True, False)), obstacles=[CylindricalContainer(0, (0.0, 2.0), 1.5)])
+    assert [line.get_ydata()[0] for line in tube.axes[0].lines] == [0.5, 3.5]
+
+
+def test_distances_of_all_pairs_are_in_the_largest_diameter():
+    scene = mixture([60, 60], diameters=[1.0, 0.5], packing_fraction=0.2, seed=1)
+    found = PartialRDF(scene).over([at_rest(scene)])
+    lines = plots.partial_rdf(found).axes[0].lines[1:]
+    assert sorted(line.get_xdata()[0] for line in lines) == pytest.approx([0.5, 0.75, 1.0], rel=1e-9)

@@ -1,7 +1,5 @@
 """The viewer in the hands of a user, in headless Chromium: choosing, hiding, colors, keys, links, files."""
 
-from __future__ import annotations
-
 import re
 import time
 from importlib import resources

@@ -35,7 +35,7 @@ ALONE = (
     "carom.models.active", "carom.models.drives", "carom.observables.density_profile",
     "carom.observables.energy", "carom.observables.flights", "carom.observables.pressure_profile",
     "carom.observables.pressure_tensor", "carom.simulation.moves.swaps", "carom.simulation.tuning",
-    "carom.studies.coefficients.study", "carom.studies.flow.study", "carom.studies.packings.pack",
+    "carom.studies.transport.study", "carom.studies.shear.study", "carom.studies.packings.pack",
     "carom.studies.planner.plan",
 )  # fmt: skip
 """Those with many events of a kind that nobody else has, or pilots."""

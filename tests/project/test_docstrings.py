@@ -157,7 +157,7 @@ def unexplained(x: Public) -> list[str]:
         return [name for name in wanted if name not in given]
     if ELSEWHERE.search(text):
         return []
-    known = shared(x.thing.__module__) | shared("carom.models.questions")
+    known = shared(x.thing.__module__) | shared("carom.models.interfaces")
     if inspect.isclass(x.thing):
         return [name for name in wanted if name not in fields(x.thing) and f"``{name}``" not in text]
     return [name for name in wanted if name not in known and not re.search(rf"\b{name}\b", text)]

@@ -2,11 +2,12 @@
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.commands import refused
+from helpers.commands import content, refused
 from helpers.plain import uncompiled
 from helpers.saved import one_of_each
 from typer.testing import CliRunner
@@ -19,8 +20,8 @@ from carom.results import Result
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.studies import EquationOfState, Packing, RunPlan, RunResult, SphericalCode, Transport
-from carom.studies.runs.asked import plan_of_scene
 from carom.studies.runs.folder import RunFolder
+from carom.studies.runs.inputs import plan_of_scene
 from carom.studies.study import Study
 
 LINES = 3
@@ -89,7 +90,9 @@ def test_the_file_of_a_scene_that_is_run_loses_nothing(tmp_path):
     plain = carom.Scene.crystal(32, 0.3)
     loss = carom.models.Loss(0.9, contact_time=1e-3)
     for scene in (moving, plain.replace(impact=0.9), plain.replace(impact=loss)):
-        plan = plan_of_scene(scene, None, RunFolder(tmp_path))
+        folder = RunFolder(tmp_path)
+        plan, start = plan_of_scene(scene, None, folder)
+        folder.begin(plan, start)
         first = SceneFile.from_toml(plan.to_toml()).build_scene()
         assert np.array_equal(first.positions, scene.positions)
         for name in ("velocities", "pinned"):
@@ -106,7 +109,124 @@ def test_a_run_that_cannot_begin_leaves_its_folder_free(tmp_path):
     rest = carom.Scene.crystal(32, 0.3)
     with pytest.raises(InputError, match="Nothing moves"):
         carom.run(rest, tmp_path / "cold", kT=0.0, relative_error=0.1)
-    assert not any((tmp_path / "cold").iterdir())
+    assert not (tmp_path / "cold").exists()
+
+
+DISKS = carom.Scene.crystal(32, 0.1)
+
+
+class Own(models.Ball):
+    """An obstacle of one's own, which no scene file holds."""
+
+
+AT_REST = DISKS.replace(velocities=np.zeros((32, 3)))
+RULE = """
+def behave(unit, event):
+    unit.kind = 7
+"""
+RULES = """
+[scene]
+box = [20.0, 20.0]
+species.hare = { count = 4, diameter = 0.1 }
+[scene.interaction]
+type = "ranges"
+file = "rules.py"
+rule = "behave"
+seed = 1
+kinds = [ { name = "hare", circles = [0.3], timer = 0.0, memory = [0.0] } ]
+"""
+
+REFUSED = {
+    "an unknown argument": (DISKS, {"colections": 3}),
+    "two lengths": (DISKS, {"time": 1.0, "collisions_per_particle": 3}),
+    "cores of a small box": (DISKS, {"cores": 2}),
+    "a log of an oscillating shear": (
+        DISKS.replace(motion=models.Shear(0.5, period=2.0)),
+        {"event_log": True},
+    ),
+    "swaps of equal diameters": (DISKS, {"swaps": carom.Swaps(interval=1.0)}),
+    "swaps in a log": (DISKS, {"swaps": carom.Swaps(interval=1.0), "event_log": True}),
+    "a barostat between walls": (
+        carom.Scene.random(9, 0.1, 2, walls="y"),
+        {"barostat": carom.Barostat(pressure=1.0, interval=1.0)},
+    ),
+    "a barostat at rest": (AT_REST, {"barostat": carom.Barostat(pressure=1.0, interval=1.0)}),
+    "the pressure of who rests": (AT_REST, {"relative_error": 0.1}),
+    "a format of three dimensions": (carom.Scene.random(9, 0.01, 4), {"write": ["extxyz"]}),
+    "a class of one's own": (
+        carom.Scene([[1.0, 1.0], [5.0, 5.0]], (8.0, 8.0), obstacles=[Own((3.0, 6.0), 1.0)]),
+        {},
+    ),
+    "a missing file": ("missing.xyz", {}),
+    "an overlap": (SceneFile(SceneSpec(n=32, packing_fraction=0.9)), {}),
+    "a rule that is wrong at the first event": ("rules.toml", {"trust_code": True}),
+}
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_run_that_is_refused_leaves_every_byte_of_the_one_that_it_was_to_replace(
+    folder, tmp_path, monkeypatch, name
+):
+    monkeypatch.chdir(tmp_path)
+    Path("rules.py").write_text(RULE)
+    Path("rules.toml").write_text(RULES)
+    scene, how = REFUSED[name]
+    shutil.copytree(folder / "run1", "run1")
+    before = content(tmp_path)
+    with pytest.raises(CaromError):
+        carom.run(scene, "run1", overwrite=True, **how)
+    assert content(tmp_path) == before
+
+
+def test_a_run_that_another_process_keeps_is_not_replaced(folder, tmp_path):
+    shutil.copytree(folder / "run1", tmp_path / "run1")
+    before = content(tmp_path)
+    with RunFolder(tmp_path / "run1").owned(), pytest.raises(FileError, match="Another process"):
+        carom.run(DISKS, tmp_path / "run1", overwrite=True)
+    assert content(tmp_path) == before
+
+
+PACKINGS = {
+    "one particle": (1, {}),
+    "nothing moves": (AT_REST, {}),
+    "an unknown argument": (9, {"rat": 1.0}),
+    "no end": (9, {"stages": [(1.0, None)]}),
+    "steps of pairs": (carom.Scene.random(2, 0.01, 2, interaction=models.SquareWell(1.5, 1.0)), {}),
+}
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("name", PACKINGS)
+def test_a_packing_that_is_refused_leaves_every_byte_of_the_one_that_it_was_to_replace(
+    folder, tmp_path, name
+):
+    start, how = PACKINGS[name]
+    shutil.copytree(folder / "pack1", tmp_path / "pack1")
+    before = content(tmp_path)
+    with pytest.raises(CaromError):
+        carom.pack(start, out=tmp_path / "pack1", overwrite=True, **how)
+    assert content(tmp_path) == before
+
+
+STUDIES = {
+    "other settings": {"seed": 5},
+    "no cores": {"cores": 0},
+    "an unknown executor": {"executor": "clouds"},
+    "an unknown argument": {"replica": 2},
+    "a density beyond all packings": {"packing_fractions": [0.1, 0.9]},
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_that_is_refused_leaves_every_byte_of_what_its_folder_holds(folder, tmp_path, name):
+    shutil.copytree(folder / "eos1", tmp_path / "eos1")
+    before = content(tmp_path)
+    how = {"n": 32, "replicas": 1, "equilibration": 5, "executor": "serial", "collisions_per_particle": 40}
+    how |= STUDIES[name]
+    with pytest.raises(CaromError):
+        carom.equation_of_state(how.pop("packing_fractions", [0.1, 0.2]), out=tmp_path / "eos1", **how)
+    assert content(tmp_path) == before
 
 
 def test_a_packing_is_read_back_bit_for_bit(folder, tmp_path):

@@ -14,7 +14,7 @@ import pytest
 from helpers.commands import WAIT, in_this_process
 
 import carom
-from carom.studies.info import info
+from carom.studies.at_path import info
 
 PAGE = Path(__file__).parents[2] / "docs" / "studies.md"
 (SCRIPT,) = (

@@ -23,8 +23,8 @@ from carom.cli.screen import columns
 from carom.errors import CaromWarning, FileError
 from carom.observables.rdf import PartialRDFResult
 from carom.pictures import plots
-from carom.studies.codes.code import SphericalCode
-from carom.studies.codes.study import spherical_code
+from carom.studies.spherical_codes.code import SphericalCode
+from carom.studies.spherical_codes.study import spherical_code
 from carom.table import in_html, of_texts
 
 HOSTILE = (

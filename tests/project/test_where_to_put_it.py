@@ -20,7 +20,7 @@ from carom.models import _SHELF
 from carom.models.files.tables import KINDS
 from carom.observables.of_frames import OfFrames
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.studies.kind_of_studies import STUDIES
+from carom.studies.study_registry import STUDIES
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/developers.md").read_text(encoding="utf-8")

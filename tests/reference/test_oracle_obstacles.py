@@ -7,15 +7,12 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from helpers.mixtures import mixture
 from helpers.naive.oracle import Oracle
-from helpers.oracle import moving, oracle_of
 
 from carom.errors import InputError, OverlapError
-from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models import Ball
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time
-from carom.scene.scene import Scene
 
 # 50 digits less what a few hundred collisions amplify: each multiplies an error by some ten at most.
 FORTY_DIGITS = mpmath.mpf(10) ** -40
@@ -29,20 +26,6 @@ def test_a_rod_between_walls_goes_to_and_fro_exactly():
     assert [c.impulse for c in hits] == [2, 2, 2, 2]
     assert rod.hits.tolist() == [2, 2]
     assert rod.impulses.tolist() == [4, 4]
-
-
-@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
-def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
-    rng = np.random.default_rng(dimension)
-    box, x, v = 2 + rng.random(dimension), 0.5 + rng.random(dimension), rng.normal(size=dimension)
-    sphere = Oracle([x], [v], box, periodic=False)
-    sphere.advance_to(50)
-    room = box - 1
-    unfolded = (x - 0.5 + 50 * v) % (2 * room)
-    # 50 speeds far: rounding in this line's doubles.
-    assert np.abs(
-        sphere.positions[0].astype(float) - 0.5 - np.minimum(unfolded, 2 * room - unfolded)
-    ).max() < 1000 * np.finfo(float).eps * (np.abs(v).max() + 1)
 
 
 def test_chords_of_a_circle_are_all_as_long():
@@ -178,73 +161,9 @@ def test_restitution_and_growth_act_on_the_surfaces():
 
 def test_species_touch_where_their_matrix_says():
     table = [[1, "3/2"], ["3/2", 2]]
-    line = Oracle(
-        [[1], [6], [12]],
-        [[1], [0], [0]],
-        [30],
-        diameter=[1, 1, 2],
-        species=[0, 0, 1],
-        contact=table,
-        arithmetic="fraction",
-    )
+    line = Oracle([[1], [6], [12]], [[1], [0], [0]], [30], diameter=[1, 1, 2], species=[0, 0, 1],
+                  contact=table, arithmetic="fraction")  # fmt: skip
     assert [(c.time, c.i, c.j) for c in itertools.islice(line, 2)] == [(4, 0, 1), (4 + Fraction(9, 2), 1, 2)]
-
-
-def scenes() -> list:
-    """Mixtures of every kind, small enough for 50 digits."""
-    sizes = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
-    return [
-        mixture([3, 5], **sizes, dimension=1, packing_fraction=0.5, walls=True),
-        mixture([3, 5], **sizes, box=(5.0, 4.0), walls="x"),
-        mixture([3, 5], **sizes, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
-        mixture([3, 5], **sizes, box=(5.0, 5.0, 4.0), walls=True, obstacles=[Plane((1, -1, 0.2), -3.0)]),
-        mixture([3, 5], **sizes, box=6.0, walls=True, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
-        mixture(
-            [3, 5],
-            **sizes,
-            box=(2.5, 5.0, 5.0),
-            walls="yz",
-            obstacles=[CylindricalContainer(0, (0, 2.5, 2.5), 2.3), Ball((1.0, 2.0, 2.5), 0.3)],
-        ),
-        mixture([3, 5], **sizes, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
-        mixture([3, 5], **sizes, box=(3.0, 3.5, 4.0)).replace(impact=0.8),
-    ]
-
-
-@pytest.mark.parametrize("scene", [moving(scene, 7) for scene in scenes()], ids=range(8))
-def test_doubles_keep_the_order_of_fifty_digits(scene):
-    fine, double = oracle_of(scene), oracle_of(scene, arithmetic="float")
-    energy, momentum = fine.energy, fine.momentum
-    for _ in range(24):
-        a, b = fine.step(), double.step()
-        assert a[1:4] == b[1:4]
-        assert abs(a.time - b.time) < 1e-6
-    # Nobody is lost, nobody overlaps (checked as a scene), and the books balance.
-    after = scene.replace(positions=fine.positions.astype(float), velocities=fine.velocities.astype(float))
-    assert after.n == scene.n
-    assert fine.collisions > 0
-    if scene.walls or scene.obstacles:
-        assert fine.hits.sum() == 24 - fine.collisions > 0
-    else:
-        assert max(abs(p) for p in fine.momentum - momentum) < FORTY_DIGITS
-    if scene.impact.restitution == 1:
-        assert abs(fine.energy - energy) < FORTY_DIGITS
-    else:
-        assert fine.energy < energy
-
-
-def test_growing_spheres_touch_when_they_collide():
-    scene = moving(Scene.random(8, 0.2, 2, seed=0), 3)
-    system = oracle_of(scene, growth=0.1 * (1 + np.arange(8) % 2))
-    energy = system.energy
-    for hit in itertools.islice(system, 40):
-        r = system.positions[hit.j] + np.array(hit.image) * system.box - system.positions[hit.i]
-        contact = (system.diameters[hit.i] + system.diameters[hit.j]) / 2
-        assert abs(sum(r * r) - contact * contact) < FORTY_DIGITS
-        u = system.velocities[hit.j] - system.velocities[hit.i]
-        assert sum(r * u) > contact * (system.growth[hit.i] + system.growth[hit.j]) / 2
-    Scene(system.positions.astype(float), scene.box, diameter=system.diameters.astype(float))
-    assert system.energy > energy
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The oracle against what is known without it: exact cases, a search by brute force, conservation laws."""
 
-import doctest
 import itertools
 import json
 import math
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
-from carom.reference import NaiveSystem, NoMeetingFound, collisions, naive
+from carom.reference import NaiveSystem, NoMeetingFound, collisions
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import Contacts, next_meeting
 
@@ -198,13 +197,9 @@ def test_spheres_that_fly_along_a_channel_for_ever_are_reported():
     assert NaiveSystem(positions, velocities, box).advance_to(1000) == []
     with pytest.raises(NoMeetingFound, match="time to stop at"):
         next_meeting(
-            np.array(positions),
-            np.array(velocities),
-            Contacts(np.ones(2), np.zeros(2)),
-            np.array(box),
-            make_arithmetic("float"),
-            windows_limit=2**10,
-        )
+            *map(np.array, (positions, velocities)), Contacts(np.ones(2), np.zeros(2)), np.array(box),
+            make_arithmetic("float"), windows_limit=2**10,
+        )  # fmt: skip
 
 
 def test_advance_to_does_not_change_the_collisions():
@@ -269,9 +264,3 @@ def test_bad_input_is_told_in_one_sentence(change, error, words):
     good = {"positions": [[0, 0], [3, 0]], "velocities": [[1, 0], [0, 0]], "box": [9, 9]}
     with pytest.raises(error, match=words):
         collisions(**(good | change))
-
-
-def test_the_examples_of_the_docstrings_run():
-    results = doctest.testmod(naive)
-    assert results.attempted > 4
-    assert results.failed == 0

@@ -111,7 +111,7 @@ def test_what_cannot_be_pushed_apart_ends():
 
 
 def test_of_two_that_overlap_the_heavier_gives_way_less():
-    from carom.scene.separation import sweep
+    from carom.scene.placement import sweep
 
     start, edges = np.array([[0.2, 0.5], [9.9, 0.5], [5.0, 0.5]]), np.array([10.0, 10.0])
     weight, contact, clearance = np.array([1.0, 3.0, 1.0]), np.full(2, 1.0), 1.01

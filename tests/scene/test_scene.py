@@ -19,7 +19,7 @@ from carom.frame import Frame
 from carom.geometry import overlaps
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import Geometry
-from carom.models import Shear
+from carom.models import Ball, Shear
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.scene import Scene
@@ -57,51 +57,83 @@ def test_a_scalar_box_is_a_cube_and_properties_follow():
 
 
 NAN, INF = math.nan, math.inf
+TWO = {"positions": [[1, 1], [4, 4]], "box": 6}
 BAD = [
-    ({"positions": [], "box": 5}, "shape"),
-    ({"positions": np.zeros((0, 3)), "box": 5}, "at least one particle"),
-    ({"positions": np.zeros((3, 0)), "box": 5}, "at least one particle and one dimension"),
-    ({"positions": [[1.0] * 13], "box": 5}, "dimension must be between 1 and 12, found 13"),
-    ({"positions": [0.0, 1.0], "box": 5}, r"shape \(n, d\)"),
-    ({"positions": [[0.0, NAN]], "box": 5}, r"nan at \[0, 1\]"),
-    ({"positions": [[INF, 0.0]], "box": 5}, r"inf at \[0, 0\]"),
-    ({"positions": [[0, 0], [0]], "box": 5}, "unequal length"),
-    ({"positions": [["0", "1"]], "box": 5}, "strings"),
-    ({"positions": "atoms", "box": 5}, "strings"),
-    ({"positions": [[True, 2.0]], "box": 5}, "booleans"),
-    ({"positions": np.ones((1, 2), dtype=bool), "box": 5}, "booleans"),
-    ({"positions": [[1j, 0]], "box": 5}, "complex"),
-    ({"positions": None, "box": 5}, "no numbers"),
-    ({"positions": [[0, 0]], "box": 0}, "positive, found 0"),
-    ({"positions": [[0, 0]], "box": (5, -1)}, "positive, found -1"),
-    ({"positions": [[0, 0]], "box": (5, NAN)}, "finite"),
-    ({"positions": [[0, 0]], "box": (5, INF)}, "finite"),
-    ({"positions": [[0, 0]], "box": (5, 5, 5)}, "one edge or 2"),
-    ({"positions": [[0, 0]], "box": np.eye(2) * 5}, "number"),
-    ({"positions": [[0, 0]], "box": [[5], [5, 5]]}, "number"),
-    ({"positions": [[0, 0]], "box": "5"}, "reduced units"),
-    ({"positions": [[0, 0]], "box": True}, "boolean"),
-    ({"positions": [[0, 0]], "box": None}, "found nothing"),
-    ({"positions": [[0, 0]], "box": 1.0}, "greater than the diameter"),
-    ({"positions": [[0, 0]], "box": 0.9}, "greater than the diameter"),
-    ({"positions": [[0, 0]], "box": 2 * LONGEST_EDGE}, "at most 1e"),
-    ({"positions": [[0, 0]], "box": 5, "diameter": 0}, "positive"),
-    ({"positions": [[0, 0]], "box": 5, "diameter": -1}, "positive"),
-    ({"positions": [[0, 0]], "box": 5, "diameter": "1 nm"}, "reduced units"),
-    ({"positions": [[0, 0]], "box": 5, "diameter": 1e-200}, "at least 1e-30"),
-    ({"positions": [[0, 0]], "box": 5, "mass": 0}, "mass must be positive"),
-    ({"positions": [[0, 0]], "box": 5, "mass": NAN}, "finite"),
-    ({"positions": [[0, 0]], "box": 5, "mass": 10**400}, "finite"),
-    ({"positions": [[0, 0]], "box": 5, "velocities": [[1]]}, "shape of positions"),
-    ({"positions": [[0, 0]], "box": 5, "velocities": [[1, NAN]]}, "velocities must be finite"),
-    ({"positions": [[0, 0]], "box": 5, "velocities": [[1, 1e200]]}, "at most"),
+    ({"positions": []}, "shape"),
+    ({"positions": np.zeros((0, 3))}, "at least one particle"),
+    ({"positions": np.zeros((3, 0))}, "at least one particle and one dimension"),
+    ({"positions": [[1.0] * 13]}, "dimension must be between 1 and 12, found 13"),
+    ({"positions": [0.0, 1.0]}, r"shape \(n, d\)"),
+    ({"positions": [[0.0, NAN]]}, r"nan at \[0, 1\]"),
+    ({"positions": [[INF, 0.0]]}, r"inf at \[0, 0\]"),
+    ({"positions": [[0, 0], [0]]}, "unequal length"),
+    ({"positions": [["0", "1"]]}, "strings"),
+    ({"positions": "atoms"}, "strings"),
+    ({"positions": [[True, 2.0]]}, "booleans"),
+    ({"positions": np.ones((1, 2), dtype=bool)}, "booleans"),
+    ({"positions": [[1j, 0]]}, "complex"),
+    ({"positions": None}, "no numbers"),
+    ({"box": 0}, "positive, found 0"),
+    ({"box": (5, -1)}, "positive, found -1"),
+    ({"box": (5, NAN)}, "finite"),
+    ({"box": (5, INF)}, "finite"),
+    ({"box": (5, 5, 5)}, "one edge or 2"),
+    ({"box": np.eye(2) * 5}, "number"),
+    ({"box": [[5], [5, 5]]}, "number"),
+    ({"box": "5"}, "reduced units"),
+    ({"box": True}, "boolean"),
+    ({"box": None}, "found nothing"),
+    ({"box": 1.0}, "greater than the diameter"),
+    ({"box": 0.9}, "greater than the diameter"),
+    ({"box": 2 * LONGEST_EDGE}, "at most 1e"),
+    ({"diameter": 0}, "positive"),
+    ({"diameter": -1}, "positive"),
+    ({"diameter": "1 nm"}, "reduced units"),
+    ({"diameter": 1e-200}, "at least 1e-30"),
+    ({"mass": 0}, "mass must be positive"),
+    ({"mass": NAN}, "finite"),
+    ({"mass": 10**400}, "finite"),
+    ({"velocities": [[1]]}, "shape of positions"),
+    ({"positions": [[0, 0]], "velocities": [[1, NAN]]}, "velocities must be finite"),
+    ({"positions": [[0, 0]], "velocities": [[1, 1e200]]}, "at most"),
+    ({"diameter": [1.0]}, "one number or 2"),
+    ({"diameter": [1.0, 0.0]}, "diameter of component 1 must be positive"),
+    ({"diameter": [1.0, math.nan]}, "finite"),
+    ({"diameter": [1.0, 6.0]}, "greater than the diameter"),
+    ({"diameter": [1e-10, 1.0]}, "at most 1e"),
+    ({"mass": [1.0, -1.0]}, "mass of component 1"),
+    ({"mass": [[1.0, 1.0]]}, "shape"),
+    ({"mass": [1.0, [1.0, 2.0]]}, "mass must be an array"),
+    ({"species": [0, [1, 2]]}, "2 integers"),
+    ({"species": [0]}, "2 integers"),
+    ({"species": [0, -1]}, "found -1"),
+    ({"species": [0, 5000]}, "found 5000"),
+    ({"species": [0.0, 1.0]}, "float64"),
+    ({"species": [True, False]}, "bool"),
+    ({"contact": [[1.0]]}, "needs species"),
+    ({"contact": [[1.0]], "species": [0, 1]}, "found species 1"),
+    ({"contact": [[1, 2], [1.5, 1]], "species": [0, 1]}, "symmetric"),
+    ({"contact": [[1, 2], [2, 1.5]], "species": [0, 1]}, r"contact\[1\]\[1\] must be the diameter"),
+    ({"contact": [[1, 0], [0, 1]], "species": [0, 1]}, "contact must be positive"),
+    ({"contact": [[1, 2]], "species": [0, 1]}, "K x K"),
+    ({"species_names": ["a", "b"]}, "need species"),
+    ({"species_names": ["a"], "species": [0, 1]}, "Species 1 has no name"),
+    ({"species_names": ["a", "a"], "species": [0, 1]}, "differ"),
+    ({"species_names": ["a", ""], "species": [0, 1]}, "1 to 40"),
+    ({"species_names": "ab", "species": [0, 1]}, "list of names"),
+    ({"impact": 0.0}, "greater than 0"),
+    ({"impact": 1.5}, "at most 1"),
+    ({"impact": True}, "impact must be a value"),
+    ({"obstacles": Ball((1, 1), 1)}, "tuple of obstacles"),
+    ({"obstacles": [Ball]}, "Obstacle 0 must be"),
+    ({"obstacles": [3]}, "Obstacle 0 must be"),
 ]
 
 
 @pytest.mark.parametrize(("arguments", "says"), BAD)
 def test_bad_input_is_named_in_one_sentence(arguments, says):
     with pytest.raises(InputError, match=says) as caught:
-        Scene(**arguments)
+        Scene(**{**TWO, **arguments})
     assert "\n" not in str(caught.value)
 
 
@@ -149,35 +181,44 @@ def test_numbers_of_any_size_become_a_scene_or_an_input_error(positions, edge, d
     assert (scene.positions < scene.box).all()
 
 
-def test_the_error_names_the_pair_the_distance_and_the_depth():
-    positions = np.arange(20)[:, None] * [2.0, 0.0] + [0.5, 0.5]
-    positions[17] = positions[3] + [0.0, 0.987]
+ROW = np.arange(20)[:, None] * [2.0, 0.0] + [0.5, 0.5]
+ROW[17] = ROW[3] + [0.0, 0.987]
+
+
+@pytest.mark.parametrize(
+    ("positions", "box", "diameter", "says"),
+    [
+        (ROW, (40.0, 5.0), 1.0, "spheres 3 and 17 overlap by 0.013 (distance 0.98700, contact 1.0000). Take "
+         "smaller diameters (these two touch if the largest is 0.986995, now 1)"),
+        ([[1.0, 1.0], [5.0, 5.0], [5.0, 5.7]], 8.0, [1.0, 1.0, 0.5], "spheres 1 and 2 overlap by 0.05 "
+         "(distance 0.70000, contact 0.75000). Take smaller diameters (these two touch if the largest is "
+         "0.933329, now 1)"),
+        ([[0.0, 0.0], [0.9, 0.0], [3.0, 3.0], [3.0, 3.75]], 6.0, 1.0, "spheres 2 and 3 overlap by 0.25"),
+        ([[0.25, 2.0], [4.625, 2.0]], 5.0, 1.0, "spheres 0 and 1 overlap by 0.375 (distance 0.6250,"),
+    ],
+    ids=["equal", "unequal", "of several the deepest", "across the faces"],
+)  # fmt: skip
+def test_the_error_names_the_pair_the_distance_and_the_depth(positions, box, diameter, says):
     with pytest.raises(OverlapError) as caught:
-        Scene(positions, (40.0, 5.0))
-    assert str(caught.value).startswith(
-        "spheres 3 and 17 overlap by 0.013 (distance 0.98700, contact 1.0000). Take smaller diameters "
-        "(these two touch if the largest is 0.986995, now 1)"
-    )
+        Scene(positions, box, diameter=diameter)
+    assert str(caught.value).startswith(says)
 
 
-def test_of_several_overlaps_the_deepest_is_named():
-    with pytest.raises(OverlapError, match="spheres 2 and 3 overlap"):
-        Scene([[0.0, 0.0], [0.9, 0.0], [3.0, 3.0], [3.0, 3.75]], 6.0)
-
-
-def test_overlap_across_the_faces_is_found():
-    with pytest.raises(OverlapError, match=r"distance 0\.6"):
-        Scene([[0.25, 2.0], [4.625, 2.0]], 5.0)
-
-
-def test_contact_is_legal_and_rounding_is_let_through_but_no_more():
-    """The bound is ENGINE_OVERLAP + 64 eps |L|: half of it passes, twice of it does not."""
-    bound = overlaps.tolerance(np.array([5.0, 5.0]))
-    assert overlaps.ENGINE_OVERLAP < bound < 2 * overlaps.ENGINE_OVERLAP
-    for depth in (0.0, 0.5 * bound):
-        Scene([[1.0, 1.0], [2.0 - depth, 1.0]], 5.0)
-    with pytest.raises(OverlapError):
-        Scene([[1.0, 1.0], [2.0 - 2 * bound, 1.0]], 5.0)
+@pytest.mark.parametrize("unit", [2.0**-70, 2.0**-60, 1.0, 2.0**7, 2.0**60, 2.0**70])
+@pytest.mark.parametrize("small", [1.0, 0.5])
+def test_contact_is_legal_in_any_unit_and_rounding_is_let_through_but_no_more(unit, small):
+    """The bound is ENGINE_OVERLAP of the contact distance and 64 eps |L|."""
+    contact = 0.5 * (1.0 + small)
+    bound = overlaps.tolerance(np.array([5.0, 5.0]), contact)
+    assert overlaps.ENGINE_OVERLAP * contact < bound < 2 * overlaps.ENGINE_OVERLAP * contact
+    for part in (0.0, 0.5, 0.9, 1.2, 2.0):
+        positions = np.array([[1.0, 1.0], [1.0 + contact - part * bound, 1.0]])
+        given = {"box": 5.0 * unit, "diameter": np.array([1.0, small]) * unit}
+        if part < 1.0:
+            np.testing.assert_array_equal(Scene(positions * unit, **given).positions / unit, positions)
+        else:
+            with pytest.raises(OverlapError):
+                Scene(positions * unit, **given)
 
 
 def test_contacts_far_from_the_origin_are_legal():
@@ -186,20 +227,6 @@ def test_contacts_far_from_the_origin_are_legal():
     starts = 1e8 + rng.random(50)[:, None] * 2 + np.arange(50)[:, None] * 5
     positions = np.concatenate([starts, starts + 1.0])
     Scene(positions, 2e8)
-
-
-@pytest.mark.parametrize("scale", [2.0**-60, 2.0**7, 2.0**60])
-def test_a_scene_scaled_by_a_power_of_two_is_judged_alike(scale):
-    bound = overlaps.tolerance(np.array([5.0, 5.0]))
-    for depth, legal in ((0.9 * bound, True), (1.2 * bound, False)):
-        positions = np.array([[1.0, 1.0], [2.0 - depth, 1.0]]) * scale
-        if legal:
-            np.testing.assert_array_equal(
-                Scene(positions, 5.0 * scale, diameter=scale).positions / scale, positions / scale
-            )
-        else:
-            with pytest.raises(OverlapError):
-                Scene(positions, 5.0 * scale, diameter=scale)
 
 
 def nearest_of_all_images(positions: np.ndarray, box: np.ndarray, tilt: float = 0.0) -> np.ndarray:
@@ -268,9 +295,12 @@ def test_near_pairs_are_those_of_a_search_over_all_pairs_and_each_is_found_once(
         np.testing.assert_array_equal(found[np.lexsort(found.T[::-1])], expected)
 
 
-def test_a_crowd_of_spheres_in_one_place_is_refused_quickly():
-    with pytest.raises(OverlapError, match="overlap by 1 "):
-        Scene(np.full((200_000, 3), 1.5), 100.0)
+@pytest.mark.parametrize(("size", "depth"), [(1.0, "1"), (0.05, "0.05")])
+def test_a_crowd_of_spheres_in_one_place_is_refused_quickly(size, depth):
+    diameters = np.full(200_000, size)
+    diameters[0] = 1.0
+    with pytest.raises(OverlapError, match=f"overlap by {depth} "):
+        Scene(np.full((200_000, 3), 1.5), 100.0, diameter=diameters)
 
 
 @pytest.mark.parametrize("masses_given", [True, False])
@@ -383,11 +413,6 @@ def test_dense_random_mixtures_between_walls_are_grown():
     assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
     assert sorted(set(scene.diameters.tolist())) == [0.5, 1.0]
     assert sorted(set(scene.masses.tolist())) == [0.1, 1.0]
-
-
-def test_beyond_what_growth_reaches_the_limit_is_named():
-    with pytest.raises(InputError, match=r"up to packing fraction 0\.614"):
-        Scene.random(100, 0.63, seed=0)
 
 
 @pytest.mark.slow

@@ -10,17 +10,16 @@ import math
 import ase
 import numpy as np
 import pytest
+from helpers.mixtures import mixed, mixture
 
 from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
-from carom.frame import Frame
 from carom.geometry import overlaps
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import Geometry
-from carom.models import Ball, Plane
-from carom.models.contacts.restitution import Restitution
+from carom.models import Ball, Plane, Restitution
+from carom.models.interfaces.particles import species_count
 from carom.models.obstacles.named_walls import axes_without
-from carom.models.species import species_count
 from carom.scene import lattices
 from carom.scene.conversion import to_frame
 from carom.scene.fields import is_equal
@@ -28,6 +27,7 @@ from carom.scene.scene import Scene
 from carom.scene.species import counts_of
 from carom.scene.storage import from_arrays, to_arrays
 from carom.scene_file.sections import SceneSpec
+from carom.simulation.system_of_scene import prepare
 
 EPS = np.finfo(float).eps
 
@@ -81,54 +81,6 @@ def test_a_scene_cannot_be_changed_but_another_can_be_made_of_it():
 TWO = {"positions": [[1, 1], [4, 4]], "box": 6}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        ({"diameter": [1.0]}, "one number or 2"),
-        ({"diameter": [1.0, 0.0]}, "diameter of component 1 must be positive"),
-        ({"diameter": [1.0, math.nan]}, "finite"),
-        ({"diameter": [1.0, 6.0]}, "greater than the diameter"),
-        ({"diameter": [1e-10, 1.0]}, "at most 1e"),
-        ({"mass": [1.0, -1.0]}, "mass of component 1"),
-        ({"mass": [[1.0, 1.0]]}, "shape"),
-        ({"mass": [1.0, [1.0, 2.0]]}, "mass must be an array"),
-        ({"species": [0, [1, 2]]}, "2 integers"),
-        ({"species": [0]}, "2 integers"),
-        ({"species": [0, -1]}, "found -1"),
-        ({"species": [0, 5000]}, "found 5000"),
-        ({"species": [0.0, 1.0]}, "float64"),
-        ({"species": [True, False]}, "bool"),
-        ({"contact": [[1.0]]}, "needs species"),
-        ({"contact": [[1.0]], "species": [0, 1]}, "found species 1"),
-        ({"contact": [[1, 2], [1.5, 1]], "species": [0, 1]}, "symmetric"),
-        ({"contact": [[1, 2], [2, 1.5]], "species": [0, 1]}, r"contact\[1\]\[1\] must be the diameter"),
-        ({"contact": [[1, 0], [0, 1]], "species": [0, 1]}, "contact must be positive"),
-        ({"contact": [[1, 2]], "species": [0, 1]}, "K x K"),
-        ({"species_names": ["a", "b"]}, "need species"),
-        ({"species_names": ["a"], "species": [0, 1]}, "Species 1 has no name"),
-        ({"species_names": ["a", "a"], "species": [0, 1]}, "differ"),
-        ({"species_names": ["a", ""], "species": [0, 1]}, "1 to 40"),
-        ({"species_names": "ab", "species": [0, 1]}, "list of names"),
-        ({"walls": 1}, "walls must name axes"),
-        ({"walls": [True]}, "names True, which is no axis"),
-        ({"walls": "yz"}, "names 'z', which is no axis in 2 dimensions"),
-        ({"periodic": [True, False]}, "give walls='y': axes without walls are periodic"),
-        ({"impact": 0.0}, "greater than 0"),
-        ({"impact": 1.5}, "at most 1"),
-        ({"impact": True}, "impact must be a value"),
-        ({"restitution": 0.9}, "impact=0.9 is a restitution"),
-        ({"elastic_below": 0.1}, "Restitution"),
-        ({"obstacles": Ball((1, 1), 1)}, "tuple of obstacles"),
-        ({"obstacles": [Ball]}, "Obstacle 0 must be"),
-        ({"obstacles": [3]}, "Obstacle 0 must be"),
-    ],
-)
-def test_bad_components_are_named_in_one_sentence(arguments, says):
-    with pytest.raises(InputError, match=says) as caught:
-        Scene(**{**TWO, **arguments})
-    assert "\n" not in str(caught.value)
-
-
 def test_elasticity_has_a_threshold_only_where_it_is_lost():
     assert Scene(**TWO).impact.elastic_below == 0.0
     assert Scene(**TWO, impact=0.9).impact.elastic_below is None
@@ -152,13 +104,9 @@ def test_overlaps_of_unequal_spheres_are_those_of_a_search_over_all_images(dimen
         positions = margin + rng.random((n, dimension)) * (box - 2 * margin)
         try:
             scene = Scene(
-                positions,
-                box,
-                diameter=diameters,
-                species=species,
-                contact=table,
+                positions, box, diameter=diameters, species=species, contact=table,
                 walls=axes_without(periodic),
-            )
+            )  # fmt: skip
         except OverlapError as error:
             i, j = (int(word) for word in str(error).split()[1:4:2])
             room = Geometry(box, periodic)
@@ -169,37 +117,6 @@ def test_overlaps_of_unequal_spheres_are_those_of_a_search_over_all_images(dimen
         assert relative_gaps(scene).min() >= 1
         legal += 1
     assert 10 < legal < 140
-
-
-def test_the_error_names_a_pair_of_unequal_spheres():
-    positions = [[1.0, 1.0], [5.0, 5.0], [5.0, 5.7]]
-    with pytest.raises(OverlapError) as caught:
-        Scene(positions, 8.0, diameter=[1.0, 1.0, 0.5])
-    assert str(caught.value).startswith(
-        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Take smaller diameters "
-        "(these two touch if the largest is 0.933329, now 1)"
-    )
-
-
-@pytest.mark.parametrize("unit", [2.0**-70, 1.0, 2.0**70])
-def test_contact_of_unequal_spheres_is_legal_in_any_unit(unit):
-    """The bound is ENGINE_OVERLAP contact + 64 eps |L|: half of it passes, twice of it does not."""
-    bound = overlaps.tolerance(np.array([5.0, 5.0]), 0.75)
-    for part, legal in ((0.0, True), (0.5, True), (2.0, False)):
-        positions = np.array([[1.0, 1.0], [1.75 - part * bound, 1.0]]) * unit
-        arguments = {"box": 5.0 * unit, "diameter": np.array([1.0, 0.5]) * unit}
-        if legal:
-            Scene(positions, **arguments)
-        else:
-            with pytest.raises(OverlapError):
-                Scene(positions, **arguments)
-
-
-def test_a_crowd_of_small_spheres_is_refused_quickly():
-    diameters = np.full(200_000, 0.05)
-    diameters[0] = 1.0
-    with pytest.raises(OverlapError):
-        Scene(np.full((200_000, 3), 1.5), 100.0, diameter=diameters)
 
 
 @pytest.mark.parametrize("fractions", [(0.5, 0.3), (1, 3), (0.5, 0.5, 0.5), (0.99, 0.0)])
@@ -233,11 +150,8 @@ def test_counts_follow_fractions_and_lose_nobody():
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
 def test_mixtures_are_placed_without_overlap(dimension):
-    scene = Scene.random(
-        species=[Species("large", count=10, mass=2.0), Species("small", count=40, diameter=0.4)],
-        dimension=dimension,
-        seed=0,
-    )
+    kinds = [Species("large", count=10, mass=2.0), Species("small", count=40, diameter=0.4)]
+    scene = Scene.random(species=kinds, dimension=dimension, seed=0)
     assert relative_gaps(scene).min() >= 1 - 1e-12
     np.testing.assert_array_equal(np.bincount(scene.species), [10, 40])
     np.testing.assert_array_equal(scene.diameters, np.array([1.0, 0.4])[scene.species])
@@ -246,24 +160,13 @@ def test_mixtures_are_placed_without_overlap(dimension):
 
 
 def test_a_ratio_of_one_to_twenty_is_placed_densely():
-    scene = Scene.random(
-        species=[Species(count=2, diameter=20.0), Species(count=700)],
-        dimension=2,
-        packing_fraction=0.65,
-        seed=2,
-    )
+    scene = mixture([2, 700], diameters=[20.0, 1.0], dimension=2, packing_fraction=0.65, seed=2)
     assert scene.packing_fraction == pytest.approx(0.65, rel=1e-12)
     assert relative_gaps(scene).min() >= 1
 
 
 def test_rods_of_two_lengths_fill_a_walled_line():
-    scene = Scene.random(
-        species=[Species(count=30), Species(count=30, diameter=2.0)],
-        dimension=1,
-        packing_fraction=0.95,
-        walls=True,
-        seed=0,
-    )
+    scene = mixture([30, 30], diameters=[1.0, 2.0], dimension=1, packing_fraction=0.95, walls=True, seed=0)
     order = np.argsort(scene.positions[:, 0])
     half = 0.5 * scene.diameters[order]
     places = scene.positions[order, 0]
@@ -274,95 +177,29 @@ def test_rods_of_two_lengths_fill_a_walled_line():
 
 def test_species_that_touch_from_afar_are_placed_by_their_matrix():
     table = [[1.0, 1.4], [1.4, 1.0]]
-    scene = Scene.random(
-        species=[Species(count=20), Species(count=20)],
-        contact=table,
-        dimension=2,
-        packing_fraction=0.3,
-        seed=5,
-    )
+    scene = mixture([20, 20], contact=table, dimension=2, packing_fraction=0.3, seed=5)
     assert relative_gaps(scene).min() >= 1
 
 
 def test_a_lattice_is_filled_in_random_order():
-    scene = Scene.crystal(
-        species=[Species(fraction=0.5), Species(fraction=0.5, diameter=0.9)],
-        lattice="fcc",
-        cells=3,
-        packing_fraction=0.5,
-        seed=1,
-    )
+    given = {"packing_fraction": 0.5, "seed": 1}
+    species = mixed(fractions=[0.5, 0.5], diameters=[1.0, 0.9])
+    scene = Scene.crystal(species=species, lattice="fcc", cells=3, **given)
     assert (scene.n, scene.packing_fraction) == (108, pytest.approx(0.5))
     assert 30 < (np.diff(scene.species) != 0).sum() < 77
-    same = Scene.crystal(
-        species=[Species(count=54), Species(count=54, diameter=0.9)],
-        lattice=lattices.dn(3),
-        packing_fraction=0.5,
-        seed=1,
-    )
+    counted = mixed(counts=[54, 54], diameters=[1.0, 0.9])
+    same = Scene.crystal(species=counted, lattice=lattices.dn(3), **given)
     np.testing.assert_array_equal(same.positions, scene.positions)
     np.testing.assert_array_equal(same.species, scene.species)
 
 
-ONE, HALF = Species(count=5), Species(count=5, diameter=0.5)
-
-
-MIXED = {"species": [ONE, HALF]}
-BAD_MIXTURES = {
-    Scene.random: [
-        ({"species": [Species()]}, "each species a fraction, or each a count"),
-        ({"species": [Species(count=1, fraction=1)]}, "each species a fraction, or each a count"),
-        ({"species": [ONE, Species(fraction=1)]}, "each species a fraction, or each a count"),
-        ({"species": []}, "each species a fraction, or each a count"),
-        ({"species": [Species(fraction=1)] * 2}, "n must be an integer"),
-        ({"species": [Species(fraction=0)] * 2, "n": 5}, "not all of them zero"),
-        (MIXED | {"n": 12}, "add up to 10"),
-        ({"species": [Species(count=0)] * 2}, "at least one component"),
-        ({"species": 2.0}, "species must be a list"),
-        ({"species": [Species("a", count=5)] * 2}, "must differ"),
-        (
-            MIXED | {"packing_fraction": 0.7},
-            "up to packing fraction 0.614 in 3 dimensions, found 0.7. Start from a lattice .Scene.crystal",
-        ),
-        (MIXED | {"packing_fraction": 0.3, "box": 5.0}, "found both"),
-        (MIXED | {"seed": -1}, "seed"),
-    ],
-    Scene.crystal: [
-        (MIXED | {"lattice": "bcc"}, "lattice must be"),
-        (MIXED | {"lattice": ["fcc"]}, "lattice must be"),
-        (MIXED | {"packing_fraction": 0.3}, "does not fill"),
-        (MIXED | {"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "add up to 10, but n is 8"),
-        (MIXED | {"lattice": "cubic", "cells": 2, "box": 5.0}, "no keyword 'box'"),
-    ],
-    Species: [
-        ({"fraction": -1}, "fraction of a Species"),
-        ({"count": 1.5}, "count of a Species"),
-        ({"name": "a", "mass": 0}, "mass of species a"),
-        ({"diameter": -1}, "positive"),
-        ({"name": 2.0}, "name of a Species must be a string"),
-    ],
-}
-
-
-@pytest.mark.parametrize(
-    ("make", "arguments", "says"), [(make, *row) for make, rows in BAD_MIXTURES.items() for row in rows]
-)
-def test_bad_mixtures_are_named_in_one_sentence(make, arguments, says):
-    with pytest.raises(InputError, match=says) as caught:
-        make(**arguments)
-    assert "\n" not in str(caught.value)
-
-
 def everything() -> Scene:
     """Return a scene with one of everything."""
-    start = Scene.random(
-        species=[Species("a", count=4), Species("b", count=9, diameter=0.3, mass=1 / 3)],
-        contact=[[1.0, 0.6], [0.6, 0.3]],
-        box=(6.1, 5.3),
-        walls="y",
+    start = mixture(
+        [4, 9], names=["a", "b"], diameters=[1.0, 0.3], masses=[1.0, 1 / 3], contact=[[1.0, 0.6], [0.6, 0.3]],
+        box=(6.1, 5.3), walls="y", seed=0,
         obstacles=[Ball((0.1, 2.7), 0.4, "pillar"), Plane((0.0, 3.0), 0.3)],
-        seed=0,
-    )
+    )  # fmt: skip
     velocities = np.random.default_rng(3).standard_normal(start.positions.shape)
     return start.replace(impact=Restitution(0.9, elastic_below=1e-3), velocities=velocities)
 
@@ -396,15 +233,10 @@ def test_arrays_that_are_no_scene_are_refused():
         from_arrays(arrays, attributes, obstacles=())
 
 
-def frame_of(scene: Scene, **changes: object) -> Frame:
-    return dataclasses.replace(to_frame(scene), **changes)
-
-
 def test_a_frame_becomes_a_mixture_between_walls():
     scene = everything()
-    again = Scene.from_frame(
-        frame_of(scene, velocities=scene.velocities), contact=scene.contact, obstacles=scene.obstacles
-    )
+    frame = dataclasses.replace(to_frame(scene), velocities=scene.velocities)
+    again = Scene.from_frame(frame, contact=scene.contact, obstacles=scene.obstacles)
     assert_same(again.replace(impact=Restitution(0.9, elastic_below=1e-3)), scene)
 
 
@@ -414,7 +246,7 @@ def test_a_frame_of_single_precision_is_moved_off_its_wall():
     rounded = positions.astype(np.float32).astype(float)
     assert (rounded[0, 0] < 0.35) or (rounded[1, 1] > 5.3 - 0.35)
     with pytest.warns(CaromWarning, match="inside an obstacle, (x_low|y_high)"):
-        moved = Scene.from_frame(frame_of(scene, positions=rounded))
+        moved = Scene.from_frame(dataclasses.replace(to_frame(scene), positions=rounded))
     assert np.abs(moved.positions - positions).max() < 1e-5
 
 
@@ -428,13 +260,6 @@ def test_atoms_of_two_kinds_become_two_species():
     np.testing.assert_array_equal(scene.diameters, [1.6, 0.8, 1.6])
     np.testing.assert_array_equal(scene.masses, atoms.get_masses())
     np.testing.assert_array_equal(scene.velocities, 1 / scene.masses[:, None] + np.zeros((3, 3)))
-
-
-def test_atoms_get_walls_only_if_asked():
-    atoms = ase.Atoms("Ar2", positions=[[1, 1, 1], [2.5, 1, 3]], cell=[5, 6, 7], pbc=[True, True, False])
-    with pytest.raises(InputError, match="walls=True"):
-        Scene.from_ase(atoms)
-    assert Scene.from_ase(atoms, diameter=1.0, walls=True).periodic == (True, True, False)
 
 
 def far_apart(**arguments):
@@ -464,3 +289,16 @@ def test_a_small_one_alone_may_touch_all_others_at_a_distance():
     assert far_apart(contact=contact, diameter=[small, 1.0, 1.0, 1.0], species=[0, 1, 1, 1]).n == 4
     with pytest.raises(InputError, match="touch at"):
         far_apart(contact=contact, diameter=[small, small, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("unlike", [0.3, 0.7, 1.3])
+def test_the_reaches_of_a_mixture_are_as_short_as_its_widest_contact_allows(unlike):
+    species = np.array([0, 0, 2, 2])  # nobody is of the second, whose contacts are wide
+    contact = np.array([[1.0, 9.0, unlike], [9.0, 9.0, 9.0], [unlike, 9.0, 0.4]])
+    places = [[1, 1], [4, 1], [1, 4], [4, 4]]
+    scene = Scene(places, 8, diameter=[1, 1, 0.4, 0.4], species=species, contact=contact)
+    system, touch = prepare(scene, np.ones((4, 2))), contact[np.ix_(species, species)]
+    assert system.diameter == touch.max()
+    assert system.smallest_contact == touch.min()
+    sums = system.reaches[:, None] + system.reaches
+    assert (touch / sums).max() == pytest.approx(1.0, rel=2 * EPS)

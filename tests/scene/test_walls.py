@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from helpers.frames import write
 
 import carom
 from carom import Scene, models
 from carom.errors import InputError
-from carom.models import Plane, Sine, Wall
-from carom.models.contacts.losses import Loss
-from carom.models.contacts.restitution import Restitution
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
-from carom.models.obstacles.wall_names import place_of, wall_name
+from carom.models import Loss, Plane, Restitution, Sine, Wall
+from carom.models.obstacles.box_walls import place_of, wall_name
+from carom.models.obstacles.with_properties import Shaken, Surface, Thermal
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays
@@ -96,10 +95,7 @@ def test_the_other_wall_of_an_axis_is_plain():
         ({"walls": {"y_low": 0.9}}, "must be a Wall, found 0.9"),
         ({"wall": "y"}, "no keyword 'wall'; it is called walls"),
         ({"wals": "y"}, "no keyword 'wals'; did you mean walls"),
-        (
-            {"periodic": [True, False]},
-            "no keyword 'periodic'; give walls='y': axes without walls are",
-        ),
+        ({"periodic": [True, False]}, "no keyword 'periodic'; give walls='y': axes without walls are"),
         ({"periodic": False}, "give walls=True"),
         ({"periodic": True}, "leave it out: axes without walls are periodic"),
         ({"periodic": "y"}, "axes without walls are periodic"),
@@ -193,10 +189,7 @@ def test_a_wall_with_a_path_of_ones_own_fits_no_file():
 @pytest.mark.parametrize("walls", ["y", "xy", {"y_low": FLOOR}])
 def test_walls_are_read_back_from_a_trajectory(tmp_path, suffix, walls):
     scene = Scene.random(6, 0.1, 2, walls=walls, seed=1)
-    path = tmp_path / f"walls.{suffix}"
-    with carom.io.open(path, "w") as writer:
-        writer.write(to_frame(scene))
-    frame = carom.io.read(path)
+    frame = carom.io.read(write(tmp_path / f"walls.{suffix}", [to_frame(scene)]))
     assert frame.periodic == scene.periodic
     assert Scene.from_frame(frame).walls == dict.fromkeys(scene.walls, Wall())
     assert Scene.from_frame(frame, walls=scene.walls).walls == scene.walls
@@ -210,6 +203,8 @@ def test_atoms_have_the_walls_that_pbc_leaves():
         scene = Scene.from_ase(atoms, diameter=1.0, walls=walls, impact=0.9)
         assert scene.periodic == (True, True, False)
         assert scene.impact == Restitution(0.9)
+    with pytest.raises(InputError, match="walls=True"):
+        Scene.from_ase(atoms, diameter=1.0)
     with pytest.raises(InputError, match="pbc of atoms leaves walls='z', found walls='y'"):
         Scene.from_ase(atoms, diameter=1.0, walls="y")
     with pytest.raises(InputError, match=r"no keyword 'periodic'; give walls='z'"):

@@ -106,12 +106,9 @@ def test_hits_of_several_obstacles_are_counted_together(tmp_path):
 
 
 MIXED = (
-    Ball((1.5, 6.5), 0.5, "post"),
-    Segment((4.2, 1.6), (5.0, 1.6), 0.2, "bar"),
-    DOOR,
-    Segment((4.2, 6.4), (5.0, 6.4), 0.2, "rail"),
-    Ball((1.5, 1.5), 0.5, impact=0.9),
-)  # of three kinds, not in the order in which the engine puts kinds
+    Ball((1.5, 6.5), 0.5, "post"), Segment((4.2, 1.6), (5.0, 1.6), 0.2, "bar"), DOOR,
+    Segment((4.2, 6.4), (5.0, 6.4), 0.2, "rail"), Ball((1.5, 1.5), 0.5, impact=0.9),
+)  # of three kinds, not in the order in which the engine puts kinds  # fmt: skip
 
 
 @pytest.mark.parametrize("k", range(len(MIXED)))
@@ -162,7 +159,6 @@ def test_a_condition_without_times_ends_the_run_at_the_same_event_every_time():
     assert looked[0] == 0 < looked[1]
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("keywords", "says"),
     [
@@ -178,7 +174,7 @@ def test_a_condition_without_times_ends_the_run_at_the_same_event_every_time():
         ({}, "until"),
     ],
 )
-def test_a_wrong_word_of_a_run_is_one_sentence(keywords, says):
+def test_a_wrong_word_of_a_run_is_one_sentence(unscheduled, keywords, says):
     with pytest.raises(InputError, match=says):
         carom.Simulation(SCENE, seed=2).run(**keywords)
 

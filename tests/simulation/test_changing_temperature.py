@@ -89,12 +89,9 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
 def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work():
     n, eta, growth, duration = 16, 0.2, 4e-3, 10.0
     sim = carom.Simulation(
-        carom.Scene.random(n, eta, seed=1),
-        kT=1.0,
-        seed=2,
-        growth=growth,
+        carom.Scene.random(n, eta, seed=1), kT=1.0, seed=2, growth=growth,
         tuning=carom.Tuning(neighbors="sectors"),
-    )
+    )  # fmt: skip
     result = sim.measure(Pressure(), time=duration, blocks=16)
     _, kT, fractions, _ = along(eta, n, growth, duration)
     assert result.packing_fraction == pytest.approx(fractions.mean(), rel=1e-4)

@@ -2,35 +2,41 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
 import pytest
-from helpers.faulty import Bouncy, Curve, Curved, Drag, DragCores, Floor, Law, Mine, Shoulder
+from helpers.faulty import (
+    OPEN,
+    SCENE,
+    Bouncy,
+    Curve,
+    Curved,
+    Drag,
+    DragCores,
+    Floor,
+    Law,
+    Mine,
+    Shoulder,
+    conditions,
+)
 from helpers.magnetic import Magnetic
 
 import carom
-from carom.models import Andersen, Ball, Cuboid, Plane, Segment, SphericalContainer
+from carom.models import Active, Andersen, Ball, Brownian, Cuboid, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
+from carom.models.contacts.restitution import Restitution
+from carom.models.interactions.growing_cores import Growing
+from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
+from carom.models.interfaces.obstacle import PathModel
 from carom.models.mathematics.contact import first_contact
+from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.paths import Sine
-from carom.models.questions.path import PathModel
+from carom.models.obstacles.with_properties import Shaken, Surface, Thermal
 from carom.simulation.explanation import explain
 from carom.simulation.model_validation import own_models
-
-SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
-PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
-OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), walls="y")
-
-
-def conditions(value: Any, **options: Any) -> set[str]:
-    """Return which conditions fail for a value."""
-    return {failure.condition for failure in carom.check(value, pairs=60, **options).failures}
 
 
 def test_a_right_pair_passes_though_its_contacts_may_lose_energy():
@@ -54,10 +60,36 @@ def test_an_interaction_is_tried_with_its_motion():
     assert "IV" in conditions(Mine(), motion=Drag(0.2))
 
 
+OF_CAROM = [
+    (HardCores(), {}),
+    (HardCores([[1.0, 0.7], [0.7, 0.8]]), {}),
+    (Growing(), {}),
+    (FreeFlight(), {}),
+    (Gravity((0.3, -0.5, 0.0, 0.1)), {"dimensions": (4,)}),
+    (Gravity((-0.7,)), {"dimensions": (1,)}),
+    (Restitution(0.7, 0.1), {}),
+    (Loss(0.8, contact_time=1.0), {}),
+    (Loss(0.8, elastic_below=0.1, at_speed=1.0), {}),
+    (Andersen(1.0, 1.0), {}),
+    (Brownian(1.0, step=0.01), {}),
+    (Active(2.0, 3.0, 0.01, kind="tumble"), {}),
+    (Plane((0.0, 1.0), 0.0, impact=0.9), {"dimensions": (2,)}),
+    (Ball((2.0, 2.0), 0.5, kT=2.0), {"dimensions": (2,)}),
+]
+
+
+@pytest.mark.parametrize(("value", "options"), OF_CAROM)
+def test_models_of_carom_keep_all_conditions(value, options):
+    report = carom.check(value, pairs=120, **options)
+    assert report.passed, report
+    assert min(report.tried.values()) >= 100
+
+
 @pytest.mark.parametrize("seed", [6, 7])
 def test_the_motion_on_great_circles_passes_whatever_the_seed(seed):
-    report = carom.check(GreatCircles(), dimensions=(2, 3), pairs=60, seed=seed)
+    report = carom.check(GreatCircles(), dimensions=(2, 3, 4), pairs=60, seed=seed)
     assert report.passed, report
+    assert {"I", "III", "IV", "V", "first", "energy"} <= report.tried.keys()
 
 
 @dataclass(frozen=True)
@@ -78,10 +110,6 @@ class Bent(Curve):
         t = first_contact(r @ r - contact * contact, r @ u - contact * rate, u @ u - rate * rate)
         late = {"rest": rate == 0.0, "growth": rate > 0.0}.get(self.wrong_at, False)
         return (1.5 * t if late else t), False
-
-
-def test_a_drive_of_carom_passes():
-    assert carom.check(Andersen(1.0, 1.0), pairs=10).passed
 
 
 def test_curves_are_tried_with_and_without_growth():

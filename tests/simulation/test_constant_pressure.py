@@ -18,8 +18,8 @@ from carom.simulation.measuring.until_precise import merged
 from carom.simulation.moves.barostat import VolumeMoves, volume_sums
 from carom.studies.job import Look
 from carom.studies.phase import MeanBox, _theory, phase_of, shift
-from carom.studies.runs import constant_pressure
-from carom.studies.runs.underway import Measured
+from carom.studies.runs.driver import Measured
+from carom.studies.runs.report import at_constant_pressure
 
 SLOW = pytest.mark.slow
 
@@ -70,7 +70,7 @@ def test_volume_and_pressure_are_means_over_the_time_of_all_blocks(d):
     assert found.pressure.mean == pytest.approx(2 * 3.0 * inverse + virial / d)
     assert found.packing_fraction.mean == pytest.approx(scene.packing_fraction * scene.volume / volume)
     assert found.block_values == pytest.approx(sums[:, 0] / durations)
-    numbers = constant_pressure.numbers(found, VolumeMoves(carom.Barostat(0.7, 1.0, 0.1)), 2.0)
+    numbers = at_constant_pressure(found, VolumeMoves(carom.Barostat(0.7, 1.0, 0.1)), 2.0)
     assert numbers["Z"].mean == pytest.approx(0.7 * volume / (2 * 3.0))
     assert numbers["reduced_pressure"].mean == pytest.approx(found.pressure.mean * 2.0**d / 3.0)
     assert numbers["volume"] == found.volume
@@ -81,7 +81,7 @@ def test_error_bars_of_length_and_pressure_cover_the_exact_values():
     """Of 60 intervals of 95 %, fewer than 50 cover by chance three times in 10 000, for each of the two."""
     exact, covered = mean_length(3, 1.5 / 2.0), np.zeros(2)
     for seed in range(60):
-        found = measured_rods(3, seed, moves=1000)
+        found = measured_rods(3, seed, moves=400)
         for k, (each, value) in enumerate(((found.volume, exact), (found.pressure, 1.5))):
             low, high = each.confidence(0.95)
             covered[k] += low < value < high
@@ -93,9 +93,9 @@ def test_spheres_have_the_pressure_of_their_barostat():
     barostat = carom.Barostat(pressure=3.0, interval=0.1, step=0.025)
     sim = carom.Simulation(carom.Scene.random(32, 0.33, seed=1), barostat=barostat, seed=1)
     sim.run(time=50.0)
-    found = sim.measure(Volume(), time=4000.0, blocks=2048)
+    found = sim.measure(Volume(), time=1000.0, blocks=512)
     assert abs(found.pressure.mean - 3.0) < FOUR_SIGMA * found.pressure.error
-    assert found.pressure.error < 0.03 * 3.0
+    assert found.pressure.error < 0.06 * 3.0
 
 
 @pytest.mark.parametrize("n", [200, 2000])
@@ -108,7 +108,7 @@ def test_the_shift_of_z_at_constant_pressure_is_exact_for_rods_to_order_one_over
     more = shift(MeanBox(n, 1, eta), phase, theory.tonks)
     assert more == pytest.approx(1.0 / n, rel=1e-6)
     (row,) = _theory(MeanBox(n, 1, eta), phase)  # 1 + d ln Z / d ln eta, with Z = 1 / (1 - eta)
-    assert row["errors"] == pytest.approx(1.0 / (1.0 - eta), rel=1e-3)
+    assert row.errors == pytest.approx(1.0 / (1.0 - eta), rel=1e-3)
     assert abs(p * length / n - theory.tonks(eta) - more) < 10.0 / n**2
 
 

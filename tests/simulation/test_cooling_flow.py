@@ -34,7 +34,7 @@ def transverse_energies(frame, k):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n", "restitution", "runs"), [(108, 0.95, 120), (500, 0.95, 120), (500, 1.0, 400)])
+@pytest.mark.parametrize(("n", "restitution", "runs"), [(108, 0.95, 120), (500, 0.95, 120), (500, 1.0, 150)])
 def test_transverse_flow_accounts_for_the_pressure_of_a_cooling_gas(n, restitution, runs):
     k = waves((n * math.pi / 6.0 / ETA) ** (1.0 / 3.0))
     factors, energies = [], np.zeros((runs, len(k)))
@@ -62,7 +62,7 @@ def test_transverse_flow_accounts_for_the_pressure_of_a_cooling_gas(n, restituti
     assert abs(z - corrected) < 4 * error
     if restitution == 1.0:
         assert abs(longest - 1.0) < 4 * scatter
-        assert scatter < 0.01
+        assert scatter < 0.016
     else:
         assert z < enskog - 3 * error
         assert longest > 1.0 + 4 * scatter

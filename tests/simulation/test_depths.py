@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.models import Ball, Plane, own
-from carom.models.interactions.bonds import Bonds, chains
-from carom.models.interactions.wells import SquareWell
-from carom.models.motions.gravity import Gravity
-from carom.models.obstacles.paths import Sine
+from carom.models import Ball, Bonds, Gravity, Plane, Sine, SquareWell, chains, own
 from carom.simulation.measuring.depths import MOST, Depths
 
 EPS = float(np.finfo(np.float64).eps)
@@ -41,23 +37,15 @@ def in_a_row(d: int, n: int = 4, edge: float = 12.0, **options) -> carom.Scene:
     return carom.Scene(places, (edge,) * d, **options)
 
 
-@pytest.mark.usefixtures("unscheduled")
-@pytest.mark.parametrize("d", [1, 2, 3, 4])
-def test_two_that_overlap_are_seen_in_every_dimension(d):
-    assert planted(in_a_row(d), 1.0).statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
-
-
-@pytest.mark.usefixtures("unscheduled")
-def test_to_read_statistics_changes_nothing_that_a_checkpoint_holds():
+def test_to_read_statistics_changes_nothing_that_a_checkpoint_holds(unscheduled):
     sim = planted(in_a_row(2), 1.0)
     before = sim._state.engine.tallies.copy()
     assert sim.statistics.worst_overlap == sim.statistics.worst_overlap > 0.0  # also what was seen before
     assert sim._state.engine.tallies.tobytes() == before.tobytes()
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("d", [1, 2])
-def test_two_that_overlap_across_a_face_are_seen(d):
+def test_two_that_overlap_across_a_face_are_seen(unscheduled, d):
     sim = planted(in_a_row(d, n=3, edge=3.5, diameter=0.9), 0.9)
     put(sim, 1, np.full(d, 3.0))
     put(sim, 0, np.full(d, 1.0))
@@ -75,6 +63,7 @@ MATRIX = [[1.0, 0.6], [0.6, 0.5]]
 @pytest.mark.parametrize(
     ("scene", "i", "j", "contact"),
     [
+        *((in_a_row(d), 0, 1, 1.0) for d in (1, 2, 3, 4)),
         (in_a_row(2, diameter=SIZES), 0, 2, 0.75),
         (in_a_row(2, diameter=SIZES), 2, 3, 0.5),
         (in_a_row(2, diameter=SIZES, species=SPECIES, contact=MATRIX), 0, 2, 0.6),
@@ -84,26 +73,23 @@ MATRIX = [[1.0, 0.6], [0.6, 0.5]]
         (in_a_row(3, interaction=Bonds(chains(1, 2), 0.8, 4.0, others=SquareWell(1.5, 1.0))), 1, 2, 1.0),
     ],
 )
-def test_two_that_overlap_are_seen_whatever_their_cores(scene, i, j, contact):
+def test_two_that_overlap_are_seen_in_every_dimension_and_whatever_their_cores(scene, i, j, contact):
     assert planted(scene, contact, i, j).statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_the_diameters_of_the_present_count():
+def test_the_diameters_of_the_present_count(unscheduled):
     sim = planted(in_a_row(2, velocities=np.zeros((4, 2))), 1.0, growth=0.1)
     sim._state.clock.offset = float(sim._state.unit.to_kernel(2.0, 1))  # diameters of 1.2
     assert sim.diameters[0] == pytest.approx(1.2)
     assert sim.statistics.worst_overlap == pytest.approx(1.0 - (1.0 - DEPTH) / 1.2, rel=16 * EPS)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_overlaps_of_two_pinned_ones_are_none():
+def test_overlaps_of_two_pinned_ones_are_none(unscheduled):
     sim = planted(in_a_row(2, pinned=[0, 1]), 1.0)
     assert sim.statistics.worst_overlap == 0.0
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_pinned_one_may_be_inside_an_obstacle_and_others_may_not():
+def test_a_pinned_one_may_be_inside_an_obstacle_and_others_may_not(unscheduled):
     sim = carom.Simulation(in_a_row(2, pinned=[0], obstacles=[Ball((6.0, 6.0), 1.0)]), seed=1)
     put(sim, 0, [6.0, 6.25])
     assert sim.statistics.worst_overlap == 0.0
@@ -111,8 +97,7 @@ def test_a_pinned_one_may_be_inside_an_obstacle_and_others_may_not():
     assert sim.statistics.worst_overlap == pytest.approx(0.25, rel=1e-12)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_single_precision_is_no_overlap():
+def test_single_precision_is_no_overlap(unscheduled):
     scene = in_a_row(2)
     sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(precision="single"))
     x = np.array(sim._state.engine.state.rows["x"][0], np.float64)
@@ -122,7 +107,6 @@ def test_single_precision_is_no_overlap():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=1e-6)
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("options", "place", "depth"),
     [
@@ -134,7 +118,7 @@ def test_single_precision_is_no_overlap():
         ({"motion": Gravity((0.0, -1.0)), "walls": "y"}, [6.0, 0.25], 0.25),
     ],
 )
-def test_who_is_inside_a_wall_or_an_obstacle_is_seen(options, place, depth):
+def test_who_is_inside_a_wall_or_an_obstacle_is_seen(unscheduled, options, place, depth):
     time = options.get("time", 0.0)
     scene = in_a_row(2, velocities=np.zeros((4, 2)), **{k: v for k, v in options.items() if k != "time"})
     sim = carom.Simulation(scene, seed=1)
@@ -144,8 +128,7 @@ def test_who_is_inside_a_wall_or_an_obstacle_is_seen(options, place, depth):
     assert sim.statistics.worst_overlap == pytest.approx(depth, rel=1e-12)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
+def test_states_at_the_end_of_runs_are_kept_until_somebody_asks(unscheduled):
     sim = carom.Simulation(in_a_row(2), seed=1)
     x = sim._state.engine.state.rows["x"]
     before = np.array(x[1])
@@ -156,8 +139,7 @@ def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_few_of_many_states_are_kept_and_evenly():
+def test_few_of_many_states_are_kept_and_evenly(unscheduled):
     sim, depths = carom.Simulation(in_a_row(2), seed=1), Depths()
     for k in range(1000):
         sim._state.clock.offset = float(k)
@@ -168,8 +150,7 @@ def test_few_of_many_states_are_kept_and_evenly():
     assert apart.max() <= 2.0 * 1000.0 / MOST
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_the_present_counts_where_the_end_of_the_last_run_was_not_kept():
+def test_the_present_counts_where_the_end_of_the_last_run_was_not_kept(unscheduled):
     sim = carom.Simulation(in_a_row(2, velocities=np.zeros((4, 2))))
     for k in range(MOST + 2):
         sim._state.clock.offset = float(k)
@@ -223,8 +204,7 @@ class Widen:
         return 0.05
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_cores_are_those_of_the_time_of_the_state():
+def test_cores_are_those_of_the_time_of_the_state(unscheduled):
     sim = carom.Simulation(in_a_row(2, interaction=Widen()), seed=1)
     x = sim._state.engine.state.rows["x"]
     before = np.array(x[1])

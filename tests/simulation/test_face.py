@@ -43,9 +43,8 @@ def test_the_face_is_no_longer_than_it_was_written():
     }  # fmt: skip
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_what_the_interaction_adds_up_is_that_of_the_scene():
-    assert carom.Simulation(SCENE).interaction is None
+def test_what_the_interaction_adds_up_is_that_of_the_scene(unscheduled):
+    assert carom.Simulation(SCENE).interaction is carom.Simulation(SCENE).drive is None
     wells = carom.Scene.crystal(cells=3, density=0.3, interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(wells, seed=1)
     assert sim.interaction.n == wells.n
@@ -74,7 +73,7 @@ def test_an_old_or_wrong_word_is_answered_with_the_right_one(word, says):
             carom.Simulation(SCENE).measure(carom.Pressure(), relative_error=0.1, max_walltime=1.0)
 
 
-@pytest.mark.parametrize("wrong", [{"neighbors": "trees"}, {"precision": "half"}, {"shell": 0.5}])
+@pytest.mark.parametrize("wrong", [{"neighbors": "trees"}, {"precision": "half"}, {"shell": 1.0}])
 def test_tuning_takes_what_there_is(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         carom.Tuning(**wrong)
@@ -82,8 +81,7 @@ def test_tuning_takes_what_there_is(wrong):
         carom.Simulation(SCENE, tuning="lists")
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_a_generator_is_a_seed_and_the_default_is_one():
+def test_a_generator_is_a_seed_and_the_default_is_one(unscheduled):
     default, one = carom.Simulation(SCENE), carom.Simulation(SCENE, seed=1)
     np.testing.assert_array_equal(default.velocities, one.velocities)
     drawn = [carom.Simulation(SCENE, seed=np.random.default_rng(5)).velocities for _ in range(2)]

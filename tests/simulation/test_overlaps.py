@@ -17,9 +17,7 @@ from carom.models import Ball, Bonds, Plane, Segment, Shear, SphericalContainer,
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.simulation.measuring.depths import in_frames
-from carom.studies.runs import underway
-
-EPS = float(np.finfo(float).eps)
+from carom.studies.runs import driver
 
 
 def with_images(vectors, edges, tilt):
@@ -57,10 +55,9 @@ def changed(frame, rng, **more):
     return dataclasses.replace(frame, positions=places, diameters=sizes, **more)
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 @pytest.mark.parametrize("walled", [False, True])
-def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(d, walled):
+def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(unscheduled, d, walled):
     rng, box = np.random.default_rng(d), np.array((5.0, 4.3, 4.7, 4.1))[:d]
     # So many balls of one kind that those near are looked up; they are small, and may stand anywhere.
     balls = [Ball(tuple(x), 0.01 * (1 + k)) for k, x in enumerate(rng.uniform(0.0, box, (20, d)))]
@@ -77,9 +74,8 @@ def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(d, walled
     assert seen > 5
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("rate", [0.5, -0.5])
-def test_the_images_of_a_frame_are_those_of_its_tilt(rate):
+def test_the_images_of_a_frame_are_those_of_its_tilt(unscheduled, rate):
     rng = np.random.default_rng(3)
     scene = carom.Scene.random(6, box=(4.0, 5.0), diameter=0.1, motion=Shear(rate), seed=1)
     for tilt in (0.45, -0.3, 0.2):
@@ -90,8 +86,7 @@ def test_the_images_of_a_frame_are_those_of_its_tilt(rate):
         assert found is None or found.relative == pytest.approx(depth, rel=1e-9)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_an_overlap_of_images_in_a_small_sheared_frame_is_seen():
+def test_an_overlap_of_images_in_a_small_sheared_frame_is_seen(unscheduled):
     """The images that are nearest along the axes of the cell are 1.07 apart, others .966."""
     scene = carom.Scene([[0.5, 0.5], [1.55, 1.55]], 2.1, motion=Shear(1.0))
     frame = carom.Simulation(scene, seed=1).frame()
@@ -199,16 +194,17 @@ def test_a_run_that_is_checked_says_what_overlaps(plain, monkeypatch, tmp_path):
         looked.append(float(state.instant))
         return planted if len(looked) == 2 else None
 
-    monkeypatch.setattr(underway, "deepest", deepest)
+    monkeypatch.setattr(driver, "deepest", deepest)
     done = CliRunner().invoke(app, ["run", *OPTIONS.split(), "--out", str(tmp_path)])
     assert done.exit_code == 2
     when = f"{looked[1]:.6g}"
     said = f"In 1 of 3 frames there are overlaps, the first at time {when}: at time {when} {planted}."
     assert said in " ".join(done.output.split())
     # The results are there all the same.
-    summary = carom.load(tmp_path).summary
-    assert summary["frames"] == len(looked) == 3
-    assert summary["frames_with_overlaps"] == 1
-    assert "in 1 of 3 checked frames" in _health(summary)
-    assert "no overlap beyond rounding in 3 checked frames" in _health({**summary, "frames_with_overlaps": 0})
-    assert "checked" not in _health({**summary, "frames_with_overlaps": None})
+    found = carom.load(tmp_path)._found
+    assert found.frames == len(looked) == 3
+    assert found.frames_with_overlaps == 1
+    assert "in 1 of 3 checked frames" in _health(found)
+    none, unknown = (dataclasses.replace(found, frames_with_overlaps=count) for count in (0, None))
+    assert "no overlap beyond rounding in 3 checked frames" in _health(none)
+    assert "checked" not in _health(unknown)

@@ -16,8 +16,8 @@ from helpers.marks import slow
 
 import carom
 from carom.engine.neighbors import plan
-from carom.models.obstacles.shaken import Displaced
-from carom.models.questions.memory import KEPT, fields_of, shift_epoch
+from carom.models.interfaces.memory import KEPT, fields_of
+from carom.models.obstacles.moving import Displaced
 from carom.simulation.workers.executive import Executive, Settings
 
 SCALE = 15
@@ -239,7 +239,7 @@ def test_times_of_an_epoch_are_told_from_the_next_one(unscheduled):
             for key in moments:
                 getattr(model, key)[...] = 8.0
             if moments:
-                shift_epoch(model, 3.0)
+                model.shift_epoch(3.0)
                 assert all((getattr(model, key) == 5.0).all() for key in moments)
                 found.add(type(model).__name__)
     assert {"Losing", "Lossy", "Units", "Remembering", "Ledge"} <= found

@@ -18,13 +18,10 @@ CASES = [
 ]
 
 SMALL = [
-    (1, 6, {"packing_fraction": 0.5}, {}),
-    slow(4, 6, {"packing_fraction": 0.1}, {}),
-    (2, 3, {"box": (1.05, 4.0)}, {}),
-    (2, 6, {"box": (2.1, 4.2)}, {}),
-    (3, 5, {"box": (2.2, 1.1, 5.0)}, {}),
+    (1, 6, {"packing_fraction": 0.5}, {}), slow(4, 6, {"packing_fraction": 0.1}, {}),
+    (2, 3, {"box": (1.05, 4.0)}, {}), (2, 6, {"box": (2.1, 4.2)}, {}), (3, 5, {"box": (2.2, 1.1, 5.0)}, {}),
     slow(3, 10, {"box": (3.1, 2.5, 4.3)}, {}),
-]
+]  # fmt: skip
 """Kinds of their own, which run as plain Python by default, and compiled under ``-m slow``."""
 
 
@@ -89,19 +86,6 @@ def test_a_replay_steps_collision_by_collision(tmp_path):
     assert run.collisions == 50
     assert run.time <= sim.time
     np.testing.assert_array_equal(run.frame().velocities, sim.frame().velocities)
-
-
-def test_a_continued_log_replays_as_one(tmp_path):
-    scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
-    path, checkpoint = tmp_path / "events.h5", tmp_path / "checkpoint.h5"
-    with carom.Simulation(scene, event_log=path, seed=0) as sim:
-        sim.run(collisions=50)
-        sim.save(checkpoint)
-        sim.run(collisions=33)  # lost with the crash that follows
-    with carom.Simulation.load(checkpoint) as sim:
-        sim.run(collisions=70)
-        (right,) = sim.sample(times=[round_up(sim)])
-    assert_same_frame(replay(path, time=right.time), right)
 
 
 @pytest.fixture

@@ -1,6 +1,13 @@
 """Event logs of mixtures, walls, obstacles and lost energy hold all there is to know, to the bit."""
 
+import ast
+import importlib
+import inspect
 import json
+import pkgutil
+import textwrap
+import types
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -9,8 +16,10 @@ from helpers.mixtures import mixture
 from helpers.oracle import moving
 from helpers.replays import assert_same_frame, round_up
 
-import carom
+import carom.engine
+import carom.models
 from carom import Scene
+from carom.compiling.registry import Questions
 from carom.errors import FileError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.contacts.restitution import Restitution
@@ -40,12 +49,7 @@ def scenes():
             15, dimension=2, box=8.0, walls=True, obstacles=[Plane((1.0, 2.0), 5.0)], seed=0
         ),
         "jar": Scene.random(
-            15,
-            dimension=3,
-            box=6.0,
-            walls=True,
-            obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)],
-            seed=0,
+            15, dimension=3, box=6.0, walls=True, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)], seed=0
         ),
         "tube": Scene.random(
             15,
@@ -89,6 +93,42 @@ def more_scenes():
 @pytest.mark.parametrize("kind", [*SHORT, *more_scenes()])
 def test_short_runs_of_many_kinds_of_scenes_are_rebuilt_in_plain_python(plain, kind, tmp_path):
     assert_rebuilt((scenes() | more_scenes())[kind], tmp_path / "events.h5", 1)
+
+
+def test_a_thousand_contacts_with_balls_and_containers_are_rebuilt_from_compiled_code(tmp_path):
+    """Of a thousand squares ``x**2`` one or two are rounded otherwise by Python than by compiled code."""
+    ball, jar = Ball((3.0, 3.0), 0.8), SphericalContainer((3.0, 3.0), 2.9)
+    scene = moving(Scene.random(6, dimension=2, box=6.0, walls=True, obstacles=[ball, jar], seed=0), 3)
+    with carom.Simulation(scene, event_log=tmp_path / "events.h5", seed=0) as sim:
+        sim.run(collisions=600)
+        (frame,) = sim.sample(times=[round_up(sim)])
+        assert sum(impact.hits for impact in sim.obstacles) > 1000
+    assert_same_frame(replay(tmp_path / "events.h5", time=frame.time), frame)
+
+
+def asked_in_a_run():
+    """Yield what is compiled: methods of models and of parts of the engine, and functions without types."""
+    for package in (carom.engine, carom.models):
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            for value in vars(importlib.import_module(found.name)).values():
+                asks = isinstance(value, type) and issubclass(value, Questions)
+                made = (value, *(vars(value).values() if asks else ()))
+                for each in (each for each in made if isinstance(each, types.FunctionType)):
+                    written = Path(each.__code__.co_filename).is_file()  # and not made by NamedTuple
+                    if written and not {*each.__annotations__} - {"return"}:
+                        yield each
+
+
+def test_nothing_that_is_asked_in_a_run_takes_a_whole_power():
+    """The last bit of ``x**2`` is another in plain Python, where replays run; ``x * x`` has one value."""
+    asked, found = {*asked_in_a_run()}, []
+    for function in asked:
+        for each in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(function)))):
+            if isinstance(each, ast.BinOp) and isinstance(each.op, ast.Pow):
+                of_constant, whole = (isinstance(end, ast.Constant) for end in (each.left, each.right))
+                found += [(function.__qualname__, ast.unparse(each))] if whole and not of_constant else []
+    assert len(asked) > 500
+    assert not found
 
 
 def assert_rebuilt(scene, path, collisions):

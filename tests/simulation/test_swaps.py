@@ -1,13 +1,11 @@
 """Swaps of diameters: exact distributions, bits that nothing changes, files, and what is refused."""
 
-import dataclasses
 import itertools
 import math
 
 import numpy as np
 import pytest
 from helpers.estimates import agrees
-from helpers.frames import write
 from helpers.goes_on import same
 
 import carom
@@ -112,16 +110,6 @@ def test_swaps_have_the_same_bits_whatever_finds_neighbors():
         sim.run(collisions=1000)
     assert one.statistics.swaps_accepted > 100
     assert same(one, other, "diameters")
-
-
-def test_diameters_are_those_of_each_frame_in_files(plain, tmp_path):
-    sim = swapping()
-    frames = list(sim.sample(every=0.5, count=2))
-    write(tmp_path / "swaps.h5md", frames)
-    with carom.open(tmp_path / "swaps.h5md") as read:
-        for one, other in zip(read, frames, strict=True):
-            assert (one.diameters == other.diameters).all()
-    assert (frames[0].diameters != frames[1].diameters).any()
 
 
 def test_a_sweep_that_exchanges_equal_sizes_changes_no_bit(plain, monkeypatch):
@@ -257,19 +245,6 @@ def test_a_run_of_a_scene_file_reports_how_many_swaps_were_accepted(tmp_path):
 def test_swaps_and_sizes_of_no_meaning_in_a_scene_file_are_refused(old, new, said):
     with pytest.raises(InputError, match=said):
         SceneFile.from_toml(TOML.replace(old, new))
-
-
-def test_g_of_each_pair_of_sizes_takes_the_diameters_of_each_frame(plain):
-    big = np.array([1.0, 1.0, 0.8, 0.8])
-    scene = carom.Scene([[0.5, 0.5], [1.7, 0.5], [0.5, 2.0], [1.7, 2.0]], box=5.0, diameter=big)
-    frame = carom.Simulation(scene).frame()
-    order = [2, 3, 0, 1]  # the same places and sizes, after which particle has which is exchanged
-    swapped = dataclasses.replace(frame, positions=frame.positions[order], diameters=frame.diameters[order])
-    once, both = (PartialRDF(scene).over(f) for f in ([frame], [frame, swapped]))
-    assert set(once) == {"0-0", "0-1", "1-1"}
-    for name, found in both.items():
-        assert (found.counts == 2 * once[name].counts).all()
-    assert once["0-0"].counts.sum() == 1
 
 
 def test_the_page_of_a_run_names_its_swaps(unscheduled):

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from helpers.commands import CAROM, WAIT, carom as command, wait_for
 from helpers.needs import mpiexec
-from helpers.workers import die, number_of, rest
+from helpers.workers import die, number_of, rest, run_all
 
 import carom
 from carom.errors import CaromWarning, FileError, InputError
@@ -89,21 +89,14 @@ def test_scripts_need_no_main_guard(tmp_path):
 @pytest.mark.needs("Unix")
 def test_a_killed_worker_costs_its_own_task_only(tmp_path):
     values = [{"number": k, "always": k == 1, "mark": str(tmp_path / str(k))} for k in range(4)]
-    done, failed = {}, {}
     with engines.opened("processes", 2) as where:
-        ended = engines.run(
-            die,
-            values,
-            where,
-            done=lambda value, found: done.__setitem__(value["number"], found),
-            failed=lambda value, reason: failed.__setitem__(value["number"], reason),
-            stop=lambda: False,
-        )
+        ended, done, failed = run_all(die, values, where)
     assert ended
     # Each killed its first worker; the one that kills all of them is given up after three.
-    assert done == {0: 0, 2: 2, 3: 3}
-    assert list(failed) == [1]
-    assert "killed" in failed[1]
+    assert sorted((value["number"], found) for value, found in done) == [(0, 0), (2, 2), (3, 3)]
+    ((value, reason),) = failed
+    assert value["number"] == 1
+    assert "killed" in reason
 
 
 @pytest.mark.needs("Unix")
@@ -115,17 +108,7 @@ def test_a_worker_killed_while_it_is_idle_costs_nothing():
         while alive(worker):
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        found = []
-        ended = engines.run(
-            abs,
-            [-3],
-            place,
-            done=lambda value, result: found.append(result),
-            failed=print,
-            stop=lambda: False,
-        )
-        assert ended
-        assert found == [3]
+        assert run_all(abs, [-3], place) == (True, [(-3, 3)], [])
 
 
 def alive(process):
@@ -141,12 +124,10 @@ def alive(process):
 
 @pytest.mark.needs("Unix")
 def test_workers_end_at_once_when_told_to():
-    seen = []
     began = time.monotonic()
     with engines.opened("processes", 2) as where:
-        stop = lambda: bool(seen) and time.monotonic() - began > 1.0  # noqa: E731
-        ended = engines.run(
-            rest, [0.0, 600.0, 600.0], where, done=lambda k, r: seen.append(r), failed=print, stop=stop
+        ended, *_ = run_all(
+            rest, [0.0, 600.0, 600.0], where, lambda done: bool(done) and time.monotonic() - began > 1.0
         )
         assert not ended
         where.end(True)

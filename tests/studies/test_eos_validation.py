@@ -6,6 +6,7 @@ The default study, `carom eos`, is the same with relative errors of 7e-5.
 import math
 
 import pytest
+from scipy import stats
 
 import carom
 from carom import theory
@@ -13,7 +14,7 @@ from carom.studies.eos.spec import StudySpec
 
 pytestmark = pytest.mark.slow
 
-ERROR = 3e-4
+ERROR = 5e-4
 
 
 def uncertainty(dimension, eta):
@@ -37,15 +38,16 @@ def test_the_default_study_with_larger_errors(dimension, highest):
         assert abs(row.Z_infinite - row.theory) < 4.0 * error
         squares.append(((row.Z_infinite - row.theory) / error) ** 2)
     print(f"chi squared per point {sum(squares) / len(squares):.2f}, {study.seconds:.0f} s")
-    # A perfect study of twelve points is outside with a probability of 15 %; this one has a fixed seed.
-    assert 0.5 < sum(squares) / len(squares) < 1.6
+    # Two perfect studies of a thousand are outside. Whatever changes the last bit of a record draws anew.
+    low, high = stats.chi2.ppf([1e-3, 1.0 - 1e-3], len(squares))
+    assert low < sum(squares) < high
     virials = study.virials()
     for value, error, known in zip(virials.values, virials.errors, virials.known, strict=True):
         assert abs(value - known) < 3.0 * error
 
 
 def test_crystals_extrapolate_to_the_infinite_crystal():
-    study = carom.equation_of_state([0.60], n=(108, 256, 500, 1372), relative_error=ERROR)
+    study = carom.equation_of_state([0.60], n=(108, 256, 500, 1372), relative_error=3e-4)
     (fit,) = study.extrapolate()
     print(fit)
     # The published equations differ by 3e-4 there.

@@ -2,12 +2,7 @@
 
 import pytest
 
-from carom.errors import InputError
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.coefficients.study import Transport
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import EquationOfState
-from carom.studies.flow.study import ShearFlow
+from carom.studies import EquationOfState, ShearFlow, StudySpec, Transport
 
 MIXED = "species.a = { count = 30 }\nspecies.b = { count = 10, diameter = 0.5 }\n"
 
@@ -37,26 +32,6 @@ def test_the_counts_of_a_scene_are_the_fractions_of_a_study():
     spec = StudySpec.from_toml(f"[scene]\npacking_fraction = 0.2\n{MIXED}")
     assert [each["fraction"] for each in spec.scene["species"]] == [0.75, 0.25]
     assert [each["name"] for each in spec.scene["species"]] == ["a", "b"]
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("[study]\nn = 3", r"\[study\] is for another command; this one reads \[transport\] or \[scene\]"),
-        ("[scene]\nfile = 'x'", "file has no meaning in a study"),
-        ("[scene]\nspecies = [1]", "tables with names"),
-        ("[scene]\nkT = 1", r"the section of a command has it"),
-        ("[scene]\ninitial = 'fcc'", 'give lattice = "fcc"'),
-        ("[transport]\ninitial = 'fcc'", 'give lattice = "fcc"'),
-        ("[transport]\nlattice = 'fc'", "did you mean fcc"),
-        ("[output]", r"its keys stand in \[run\]"),
-        ("[scene]\nwalls = 'z'", "no bulk fluid"),
-    ],
-)
-def test_a_bad_file_is_named_in_one_sentence(text, says):
-    with pytest.raises(InputError, match=says) as caught:
-        TransportSpec.from_toml(text)
-    assert "\n" not in str(caught.value)
 
 
 def test_the_words_of_a_task_are_those_from_which_its_stream_follows():

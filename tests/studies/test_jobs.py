@@ -6,22 +6,17 @@ import pytest
 
 import carom
 from carom.errors import FileError
-from carom.studies import job as jobs
-from carom.studies.accuracy import trade
-from carom.studies.codes.search import search
-from carom.studies.codes.spec import CodeSpec
-from carom.studies.coefficients.study import Transport, TransportSpec
-from carom.studies.eos.study import EquationOfState, StudySpec
-from carom.studies.flow.study import ShearFlow, ShearSpec
+from carom.studies import Codes, EquationOfState, Packings, ShearFlow, StudySpec, Transport, job as jobs
 from carom.studies.job import Look, Stopped
-from carom.studies.packings.study import Packings, PackSpec
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.system import System
+from carom.studies.trade import trade
 
 WELL = {"interaction": carom.models.SquareWell(1.5, 1.0)}
 PAIR = {"species": [{"fraction": 0.5}, {"fraction": 0.5, "diameter": 0.5, "mass": 4.0}]}
 SHORT = {"n": (108,), "equilibration": 20.0, "replicas": 1, "blocks": 32}
+THIN, FLUID = {"packing_fraction": (0.2,)}, {"packing_fraction": (0.3,)}
 
 
 class Killed(BaseException):
@@ -72,58 +67,50 @@ def killed_again_and_again(measure, task, kept, kills=5, seed=1):
 
 
 @pytest.mark.parametrize(
-    "given",
+    ("kind", "given"),
     [
-        {"packing_fraction": (0.45,), "collisions_per_particle": 200.0},
-        {"packing_fraction": (0.49,), "relative_error": 0.02},
-        {"packing_fraction": (0.2,), "collisions_per_particle": 50.0, "scene": WELL},
-        {"packing_fraction": (0.3,), "collisions_per_particle": 50.0, "scene": PAIR},
+        (EquationOfState, SHORT | {"packing_fraction": (0.45,), "collisions_per_particle": 200.0}),
+        (EquationOfState, SHORT | {"packing_fraction": (0.49,), "relative_error": 0.02}),
+        (EquationOfState, SHORT | THIN | {"collisions_per_particle": 50.0, "scene": WELL}),
+        (EquationOfState, SHORT | FLUID | {"collisions_per_particle": 50.0, "scene": PAIR}),
+        (Transport, SHORT | THIN | {"collisions_per_particle": 1500.0}),
+        (Transport, SHORT | THIN | {"collisions_per_particle": 1500.0, "scene": WELL}),
+        (ShearFlow, SHORT | FLUID | {"rate": (1.0,), "strains": 4.0}),
+        (ShearFlow, SHORT | FLUID | {"rate": (1.0,), "relative_error": 0.3}),
+        (ShearFlow, SHORT | FLUID | {"rate": (1.0,), "strains": 4.0, "restitution": 0.8}),
+        (Codes, {"n": 9, "dimension": 3, "tries": 1, "starts": 4, "hops": 8}),
+        (Packings, {"n": 30, "dimension": 2, "rate": 0.05, "until_Z": 1e4, "seeds": 1}),
     ],
-    ids=["hard", "near freezing, to an error", "wells", "mixture"],
-)
-def test_a_point_of_an_equation_of_state_goes_on_inside(tmp_path, given):
-    (task,) = StudySpec(**SHORT, **given).tasks()
-    whole, found = killed_again_and_again(EquationOfState.measure, task, tmp_path / "state.h5")
+    ids=[
+        "hard", "near freezing, to an error", "wells", "mixture", "transport", "transport of wells", "flow",
+        "flow, to an error", "inelastic flow", "a try of a search for a code", "packing",
+    ],
+)  # fmt: skip
+def test_a_task_of_a_study_goes_on_inside(tmp_path, kind, given):
+    (task,) = kind.Spec(**given).tasks()
+    whole, found = killed_again_and_again(kind.measure, task, tmp_path / "state.h5")
     assert whole == found
 
 
-@pytest.mark.parametrize("scene", [{}, WELL], ids=["hard", "wells"])
-def test_a_run_of_a_transport_study_goes_on_inside(tmp_path, scene):
-    given = {**SHORT, "packing_fraction": (0.2,), "collisions_per_particle": 1500.0, "scene": scene}
-    (task,) = TransportSpec(**given).tasks()
-    whole, found = killed_again_and_again(Transport.measure, task, tmp_path / "state.h5")
-    assert whole == found
-
-
-@pytest.mark.parametrize(
-    "given",
-    [{"strains": 4.0}, {"relative_error": 0.3}, {"strains": 4.0, "restitution": 0.8}],
-    ids=["length", "to an error", "inelastic"],
-)
-def test_a_flow_goes_on_inside(tmp_path, given):
-    (task,) = ShearSpec(**SHORT, packing_fraction=(0.3,), rate=(1.0,), **given).tasks()
-    whole, found = killed_again_and_again(ShearFlow.measure, task, tmp_path / "state.h5")
-    assert whole == found
-
-
-def test_a_try_of_a_search_for_a_code_goes_on_inside(tmp_path):
-    (task,) = CodeSpec(n=9, dimension=3, tries=1, starts=4, hops=8).tasks()
-    whole, found = killed_again_and_again(search, task, tmp_path / "state.h5")
-    assert whole == found
-
-
-def test_a_packing_of_a_study_goes_on_inside(tmp_path):
-    (task,) = PackSpec(n=30, dimension=2, rate=0.05, until_Z=1e4, seeds=1).tasks()
-    whole, found = killed_again_and_again(Packings.measure, task, tmp_path / "state.h5")
-    assert whole == found
+def how(method):
+    return method(System(0.3), *(["Z"] if method is PressureMethod else []))
 
 
 @pytest.mark.parametrize("method", [PressureMethod, DiffusionMethod])
 def test_a_run_of_a_plan_goes_on_inside(tmp_path, method):
-    how = method(System(0.3), *(["Z"] if method is PressureMethod else []))
-    (task,) = how.tasks(64, 1, 20.0, 2000.0, 1)
-    whole, found = killed_again_and_again(how.measure, task, tmp_path / "state.h5")
+    (task,) = how(method).tasks(64, 1, 20.0, 2000.0, 1)
+    whole, found = killed_again_and_again(how(method).run.measure, task, tmp_path / "state.h5", seed=2)
     assert whole == found
+
+
+@pytest.mark.parametrize("method", [PressureMethod, DiffusionMethod])
+def test_a_pilot_of_a_plan_goes_on_inside(tmp_path, monkeypatch, method):
+    monkeypatch.setattr("carom.studies.planner.diffusion.OF_PILOT", 16)
+    monkeypatch.setattr("carom.studies.planner.measures.COLLISIONS", 300)
+    task = how(method).pilot(64, seed=1, seconds=600.0, equilibration=None)
+    whole, found = killed_again_and_again(how(method).trial.measure, task, tmp_path / "state.h5", seed=2)
+    assert whole == found
+    assert 50.0 < whole["equilibration"] < 1000.0
 
 
 def test_a_row_of_a_comparison_keeps_its_parts(tmp_path, monkeypatch):
@@ -148,7 +135,7 @@ def test_a_row_of_a_comparison_keeps_its_parts(tmp_path, monkeypatch):
 
 
 def test_a_state_on_a_full_disk_is_written_later(tmp_path, monkeypatch):
-    (task,) = StudySpec(**SHORT, packing_fraction=(0.3,), collisions_per_particle=20.0).tasks()
+    (task,) = StudySpec(**SHORT, **FLUID, collisions_per_particle=20.0).tasks()
     look = Look(None, tmp_path / "nowhere" / "state.h5")
     monkeypatch.setattr(jobs, "EVERY", 0.0)
     look.due = 0.0
@@ -158,7 +145,7 @@ def test_a_state_on_a_full_disk_is_written_later(tmp_path, monkeypatch):
 
 
 def test_a_damaged_state_begins_anew(tmp_path):
-    (task,) = StudySpec(**SHORT, packing_fraction=(0.3,), collisions_per_particle=20.0).tasks()
+    (task,) = StudySpec(**SHORT, **FLUID, collisions_per_particle=20.0).tasks()
     kept, stop = tmp_path / "state.h5", iter([False] * 20)
     with pytest.raises(Stopped):
         EquationOfState.measure(task, Look(lambda: next(stop, True), kept))

@@ -5,19 +5,15 @@ import signal
 
 import numpy as np
 import pytest
-from helpers.commands import in_this_process, refused
-from typer.testing import CliRunner
+from helpers.commands import in_this_process, refused, typed
 
 import carom
-from carom import cli
 from carom.errors import InputError
-from carom.studies.executors import Stopped
+from carom.studies import Packings, PackSpec
 from carom.studies.folder import Folder
 from carom.studies.packings.compression import Compression
-from carom.studies.packings.spec import PackSpec
-from carom.studies.packings.study import Packings, measure
+from carom.studies.packings.spec import points_of
 from carom.studies.signals import Interrupted
-from carom.studies.study import Look
 
 SMALL = {"dimension": 2, "rate": 0.1, "until_Z": 1e6}
 OPTIONS = ("--n", "40", "-d", "2", "--rate", "0.1", "--until-Z", "1e6")
@@ -28,11 +24,6 @@ def study(tmp_path_factory):
     """Three packings of forty disks, in a folder."""
     out = tmp_path_factory.mktemp("packings") / "several"
     return carom.packings(40, seeds=3, executor="serial", out=out, **SMALL)
-
-
-def typed(*words):
-    with in_this_process():
-        return CliRunner().invoke(cli.app, ["pack", *map(str, words), "-j", "1"])
 
 
 def test_what_a_packing_costs_is_said_before_it_starts(study):
@@ -47,9 +38,6 @@ def test_each_packing_is_that_of_its_seed(study):
     for packing in study.packings:
         assert packing == carom.pack(40, seed=packing.seed, **SMALL)
     assert study.packings[0] != study.packings[1]
-    assert carom.load(study.folder).packings == study.packings
-    study.save(study.folder / "all.json")
-    assert carom.load(study.folder / "all.json").packings == study.packings
 
 
 def test_means_have_the_standard_error_of_independent_packings(study):
@@ -84,6 +72,9 @@ def test_numbers_of_contacts_that_are_not_clear_are_not_told(study):
     clear = Packings(study.spec, ({**study.records[0], "result": slow},))
     assert [(row.contacts, row.excess) for row in clear.table] == [(60, -1)]
     assert "unclear" not in str(clear.table)
+    some = Packings(study.spec, (*clear.records, *study.records[1:]))
+    assert [row.excess for row in some.table] == [-1, None, None]
+    assert "unclear: no void" in str(some.table)
 
 
 def test_how_packings_ended_is_below_the_table(study):
@@ -104,26 +95,6 @@ def test_the_picture_has_a_point_for_each_seed(study):
     (span,) = axes.patches
     ends = span.get_x(), span.get_x() + span.get_width()
     assert ends == pytest.approx((mean - error, mean + error), rel=1e-12)
-    with pytest.raises(InputError, match="nothing to draw"):
-        Packings(study.spec).plot()
-
-
-def test_a_task_that_is_stopped_goes_on_where_it_was(study, tmp_path):
-    task, calls = study.tasks[0], []
-
-    def stop():
-        calls.append(None)
-        return len(calls) > 20
-
-    kept = tmp_path / "kept.h5"
-    with pytest.raises(Stopped):
-        measure(task, Look(stop, kept))
-    before = len(Compression.load({}, kept).history)
-    assert before > 5
-    # What is left is not enough for a compression from the start.
-    assert measure(task, Look(lambda: len(calls) < 0, kept)) == study.records[0]["result"]
-    kept.write_bytes(kept.read_bytes()[:1000])
-    assert measure(task, Look(None, kept)) == study.records[0]["result"]
 
 
 def test_ctrl_c_inside_a_packing_loses_nothing(study, tmp_path, monkeypatch):
@@ -157,7 +128,8 @@ def test_remnants_of_states_are_swept(study):
 
 def test_the_command_writes_a_folder_for_each_packing(study, tmp_path):
     out = tmp_path / "several"
-    done = typed(*OPTIONS, "--seeds", 2, "--out", out)
+    with in_this_process():
+        done = typed("pack", *OPTIONS, "--seeds", 2, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     assert "Means and standard errors over 2 packings" in " ".join(done.stdout.split())
     assert carom.load(out / "seed-2") == study.packings[1]
@@ -166,6 +138,7 @@ def test_the_command_writes_a_folder_for_each_packing(study, tmp_path):
 
 def test_one_packing_and_several_need_folders_of_their_own(study, tmp_path):
     carom.pack(40, out=tmp_path / "one", pictures=False, **SMALL)
+    assert not [*(tmp_path / "one").glob("*.png")]
     assert "holds a packing already" in refused("pack", *OPTIONS, "--seeds", 2, "--out", tmp_path / "one")
     assert "holds a study already" in refused("pack", *OPTIONS, "--out", study.folder)
 
@@ -184,7 +157,6 @@ def test_a_study_of_packings_is_a_file():
     assert spec.replaced(until_Z=1e4).stages is None
     for wrong, sentence in (
         ({"species": [3]}, "species 0 must be a table, found 3"),
-        ({"species": [{"count": 3, "size": 1.0}]}, "species 0 has no 'size'"),
         ({"stages": [(0.1, None)], "collisions": 100, "seeds": 2}, "needs a Z"),
         ({"walls": "y"}, "walls must be true or false"),
         ({"neighbors": "none"}, "neighbors must be one of"),
@@ -192,6 +164,26 @@ def test_a_study_of_packings_is_a_file():
     ):
         with pytest.raises(InputError, match=sentence):
             PackSpec(**wrong)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"n": 6, "packing_fraction": 0.1, "walls": True},
+        {"n": 7, "packing_fraction": 0.2},
+        {"n": 8, "walls": True, "species": [{"fraction": 0.5}, {"fraction": 0.5, "diameter": 0.5}]},
+        {"species": [{"count": 5}]},
+    ],
+)
+def test_packings_start_from_what_is_asked_for(given):
+    spec = PackSpec(dimension=2, seeds=2, **given)
+    for start in (spec.start(1), points_of(spec.tasks()[0])):
+        assert start.n == given.get("n", 5)
+        assert start.periodic == (not given.get("walls", False),) * 2
+        if "packing_fraction" in given:
+            assert start.packing_fraction == pytest.approx(given["packing_fraction"], rel=1e-12)
+        assert len(np.unique(start.diameters)) == len(given.get("species", [0]))
+    assert (spec.start(2).positions == points_of(spec.tasks()[1]).positions).all()
 
 
 def test_species_of_points_have_names_as_those_of_a_scene():

@@ -6,18 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
 
 import carom
 from carom import theory
 from carom.block import Block
-from carom.frame import Frame
 from carom.models import SquareWell
 from carom.observables import Pressure
 from carom.observables.analysis.drift import moved
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.studies.accuracy.measures import theory_of
-from carom.studies.coefficients.spec import TransportSpec
+from carom.studies import TransportSpec
 from carom.studies.phase import (
     _theory,
     compared,
@@ -30,6 +29,7 @@ from carom.studies.phase import (
 )
 from carom.studies.planner.system import System
 from carom.studies.runs.report import _phase
+from carom.studies.trade.measures import theory_of
 
 CRYSTAL, GONE = 0.15, 2.0
 
@@ -110,30 +110,28 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.55)
     images = np.zeros((108, 3), dtype=np.int32)
     images[:60, 0] = 1
-    frame = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, images)
+    frame = at_rest(scene, images=images)
     # Most have gone around the box once: 108^(1/3) spacings.
     assert moved(scene.positions, frame) == pytest.approx(108 ** (1 / 3), rel=1e-12)
     phase = phase_of(scene, "fcc", 0.0)
     best = _theory(scene, phase)[-1]
     infinite = theory.almarza(0.55)
-    assert best["Z_infinite"] == pytest.approx(infinite, rel=1e-12)
-    assert best["Z"] == pytest.approx(1 + (infinite - 1) * 107 / 108, rel=1e-12)
+    assert best.Z_infinite == pytest.approx(infinite, rel=1e-12)
+    assert pytest.approx(1 + (infinite - 1) * 107 / 108, rel=1e-12) == best.Z
     measured = Pressure.estimate(
-        [Block(1.0, 100, 3 * 108 * (best["Z"] - 1))] * 32,
+        [Block(1.0, 100, 3 * 108 * (best.Z - 1))] * 32,
         n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
     )  # fmt: skip
     measured = dataclasses.replace(measured, solid=True)
     assert of_infinite_size(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
     # The picture of the pressure draws what the table shows.
-    still = Frame(
-        0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
-    )
+    still = at_rest(scene, images=0 * images)
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
     plan = SimpleNamespace(scene=SimpleNamespace(start="fcc"))
     facts = SimpleNamespace(sim=sim, plan=plan, first_places=scene.positions)
     drawn = lines(compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
-    assert drawn["Almarza (fcc)"] == best["Z"]
+    assert drawn["Almarza (fcc)"] == best.Z
 
 
 def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off():
@@ -142,14 +140,14 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
     assert shift == pytest.approx(theory.tonks(0.6, 20) - theory.tonks(0.6), rel=1e-6)
     scene = carom.Scene([[float(k)] for k in range(6)], 10.0)
     (row,) = _theory(scene, phase_of(scene, "file", 9.0))
-    assert row["Z_infinite"] == pytest.approx(1.0 / 0.4, rel=1e-12)
-    assert row["Z"] == pytest.approx(1.0 + 5 / 6 * 0.6 / 0.4, rel=1e-6)
-    virial = 6 * (row["Z"] - 1)
+    assert row.Z_infinite == pytest.approx(1.0 / 0.4, rel=1e-12)
+    assert math.isclose(row.Z, 1.0 + 5 / 6 * 0.6 / 0.4, rel_tol=1e-6)
+    virial = 6 * (row.Z - 1)
     measured = Pressure.estimate(
         [Block(1.0, 100, virial)] * 32, n=6, dimension=1, volume=10.0, diameter=1.0, kT=1.0
     )
     assert of_infinite_size(measured, phase_of(scene, "file", 9.0)).mean == pytest.approx(2.5, rel=1e-6)
-    assert math.isclose(row["contact_value"], 2.5, rel_tol=1e-6)
+    assert math.isclose(row.contact_value, 2.5, rel_tol=1e-6)
 
 
 @pytest.mark.parametrize(

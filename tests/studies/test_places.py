@@ -3,16 +3,18 @@
 import subprocess
 
 import pytest
-from helpers.commands import CAROM, typed
+from helpers.commands import CAROM, content, refused, typed
 from helpers.frames import make_frames, write
 from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 
 from carom.errors import FileError
-from carom.paths import remnants
+from carom.layout import KINDS
 from carom.scene_file.sections import SceneSpec
 from carom.studies.folder import Folder
-from carom.studies.places import OWN, of_the_user, title
+from carom.studies.packings.compression import PackingFolder
+from carom.studies.result_folders import of_the_user, title
+from carom.studies.runs.folder import RunFolder
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -27,25 +29,23 @@ INTO = {
 """Commands that fill a folder: what they put there, and their arguments."""
 
 
-def content(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
 @pytest.mark.parametrize("command", INTO)
 def test_a_folder_holds_one_kind_of_results(tmp_path, command):
     kind, words = INTO[command]
-    for other, names in OWN.items():
-        for name in names:
+    for other, known in KINDS.items():
+        for name in known.marks:
             if other == kind:
                 continue
             folder = tmp_path / name
             folder.mkdir()
             (folder / name).write_text("{}")
-            before = content(folder)
-            done = typed(command, *words, "--out", folder)
-            assert (done.exit_code, type(done.exception)) == (2, SystemExit), (name, done.output)
-            assert f"holds {other} already ({name})" in done.output.replace("\n", " ")
-            assert content(folder) == before
+            said = refused(command, *words, "--out", folder, cwd=folder)
+            assert f"holds {other} already ({name})" in said
+
+
+@pytest.mark.parametrize("folder", [RunFolder, PackingFolder, Folder])
+def test_files_by_which_a_folder_is_known_are_its_own(folder):
+    assert {*KINDS[folder.kind].marks} <= {*folder.files}
 
 
 @pytest.mark.parametrize("command", INTO)
@@ -59,16 +59,13 @@ def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, comma
     scene.write_text('[scene]\nlattice = "fcc"\ncells = 2\npacking_fraction = 0.3\n')
     words = words if command == "code" else [str(scene), *({"plan": ["-t", "Z=0.1"]}.get(command, []))]
     (tmp_path / "plan.json" if kind != "a plan" else tmp_path / "events.h5").write_text("{}")
-    done = typed(command, *words, "--out", tmp_path)
-    assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.output
-    assert "already" in done.output
+    assert "already" in refused(command, *words, "--out", tmp_path, cwd=tmp_path)
 
 
 def test_where_nothing_was_written_yet_the_same_command_is_named(tmp_path):
-    done = typed("resume", tmp_path)
-    assert done.exit_code == 2
-    assert "type the command that began there again" in " ".join(done.output.split())
-    assert "carom run" not in done.output
+    said = refused("resume", tmp_path)
+    assert "type the command that began there again" in said
+    assert "carom run" not in said
 
 
 def test_every_command_with_a_folder_is_looked_at():
@@ -82,20 +79,14 @@ def test_every_command_with_a_folder_is_looked_at():
 def test_a_folder_with_a_run_and_a_packing_is_not_resumed_as_one_of_them(tmp_path):
     for name in ("checkpoint.h5", "compression.h5"):
         (tmp_path / name).write_text("")
-    done = typed("resume", tmp_path)
-    assert done.exit_code == 2
-    assert "holds a run (checkpoint.h5) and a packing" in done.output.replace("\n", " ")
+    assert "holds a run (checkpoint.h5) and a packing" in refused("resume", tmp_path)
 
 
-def test_a_scene_file_of_the_user_is_not_replaced_by_a_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = "# Mine.\n[scene]\nn = 32\npacking_fraction = 0.1\n"
-    (tmp_path / "scene.toml").write_text(text)
+def test_a_scene_file_of_the_user_is_not_replaced_by_a_run(tmp_path):
+    (tmp_path / "scene.toml").write_text("# Mine.\n[scene]\nn = 32\npacking_fraction = 0.1\n")
     for options in ([], ["--overwrite"]):
-        done = typed("run", "scene.toml", "--out", ".", *options)
-        assert done.exit_code == 2
-        assert "written or annotated by somebody" in done.output
-        assert content(tmp_path) == {"scene.toml": text.encode()}
+        said = refused("run", "scene.toml", "--out", ".", *options, cwd=tmp_path)
+        assert "written or annotated by somebody" in said
 
 
 def test_what_somebody_wrote_is_known_by_its_comments(tmp_path):
@@ -124,19 +115,6 @@ def test_a_plan_replaces_a_plan_and_nothing_else(tmp_path):
         assert content(folder) == {name: b'{"mine": 1}'}
 
 
-def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
-    for name in (
-        ".rdf.12.tmp.csv",
-        ".rdf.tmp.csv",
-        ".rdf.12.tmp",
-        ".notes.12.tmp.csv",
-        "rdf.12.tmp.csv",
-        ".rdf.1x.tmp.csv",
-    ):
-        (tmp_path / name).write_text("")
-    assert [path.name for path in remnants(tmp_path, {"rdf.csv"}.__contains__)] == [".rdf.12.tmp.csv"]
-
-
 @pytest.mark.parametrize("inside", ["", "sub"])
 @pytest.mark.parametrize(
     "line",
@@ -145,32 +123,25 @@ def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
         "measure a.h5md rdf --out",
     ],
 )  # fmt: skip
-def test_a_folder_that_is_a_link_to_nothing_is_told_before_anything_is_computed(
-    tmp_path, line, inside, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
+def test_a_folder_that_is_a_link_to_nothing_is_told_before_anything_is_computed(tmp_path, line, inside):
     write(tmp_path / "a.h5md", make_frames(3))
     (tmp_path / "link").symlink_to("gone")
-    done = typed(*line.split(), f"link/{inside}")
-    assert done.exit_code == 2
-    assert "link is a link to gone, which does not exist; create that" in done.stderr
-    assert done.stdout == ""
+    said = refused(*line.split(), f"link/{inside}", cwd=tmp_path)
+    assert "link is a link to gone, which does not exist; create that" in said
 
 
-@pytest.mark.parametrize("name", ["l.extxyz", "l.gif", "l.html", "l.toml"])
-def test_a_file_that_is_a_link_to_nothing_is_not_replaced(tmp_path, name, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("export a.h5md", "l.extxyz"), ("movie a.h5md", "l.gif"), ("view a.h5md --no-open -o", "l.html"),
+        ("init", "l.toml"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_a_link_to_nothing_is_not_replaced(tmp_path, line, name):
     write(tmp_path / "a.h5md", make_frames(3))
     (tmp_path / name).symlink_to("gone")
-    line = {
-        "l.extxyz": "export a.h5md",
-        "l.gif": "movie a.h5md",
-        "l.html": "view a.h5md --no-open -o",
-        "l.toml": "init",
-    }
-    done = typed(*line[name].split(), name)
-    assert (done.exit_code, (tmp_path / name).is_symlink()) == (2, True), done.output
-    assert "exists already" in done.stderr
+    assert "exists already" in refused(*line.split(), name, cwd=tmp_path)
+    assert (tmp_path / name).is_symlink()
 
 
 # Exit codes.

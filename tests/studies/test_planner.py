@@ -6,33 +6,36 @@ Forty plans, run: ``pytest -m slow -s tests/studies/test_planner.py`` (some four
 import dataclasses
 import json
 import math
+import os
+import signal
 import statistics
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.commands import refused
+from helpers.commands import refused, typed
 from helpers.mixtures import mixture
-from typer.testing import CliRunner
 
 import carom
-from carom import cli, theory
+from carom import theory
 from carom.cli.plan import _show as show
 from carom.errors import FileError, InputError
-from carom.observables.statistics import blocking
+from carom.observables import blocking
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
+from carom.studies import Target
 from carom.studies.planner import measures
-from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
+from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, chosen, design, filled, on_cores
 from carom.studies.planner.diffusion import DiffusionMethod
-from carom.studies.planner.measures import Blocks, estimates
+from carom.studies.planner.measures import Counted, PressureRun, estimates
+from carom.studies.planner.pilot import Pilot
 from carom.studies.planner.plan import Size, load
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import residual, sizes
 from carom.studies.planner.system import System, of_scene
-from carom.studies.planner.target import Target
+from carom.studies.signals import Interrupted
 from carom.studies.study import Look
 from carom.theory.mixture_size import mixture_finite_size_shift
 
@@ -42,7 +45,7 @@ PAIR = ({"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4, "
 
 def costs(n, *, bias=0.0, equilibration=100.0, setup=0.0):
     """Return costs of a size where every collision counts the same."""
-    return Costs(n, 1.0, bias, 1e6, setup, 0.0, equilibration, 512.0)
+    return Costs(n, 1.0, bias, 1e6, setup, equilibration, 512.0)
 
 
 @pytest.mark.parametrize(
@@ -54,6 +57,8 @@ def costs(n, *, bias=0.0, equilibration=100.0, setup=0.0):
         ("g(contact)=±0.01", "g(contact)", 0.01, False),
         ("pressure=1e-3", "P", 1e-3, True),
         ("D=0.01", "D", 0.01, True),
+        ("D(small)=0.0125%", "D(small)", 1.25e-4, True),
+        ("Z=+-0.0012345678", "Z", 0.0012345678, False),
     ],
 )
 def test_a_target_names_a_quantity_and_a_relative_or_an_absolute_error(text, quantity, error, relative):
@@ -84,6 +89,41 @@ def test_the_cheapest_size_is_where_more_particles_cost_as_much_as_less_bias_sav
     assert found.cpu_seconds == pytest.approx(min(collisions) / 1e6, rel=1e-3)
     assert found.error == pytest.approx(1e-3, rel=1e-3)
     assert cheapest([costs(100, bias=0.02)], 1e-2) is None
+
+
+def of_dense_spheres(target, *ns):
+    """Return costs of a fluid at 0.4 as a pilot finds them, and the error to reach."""
+    system = System(0.4)
+    pilot = Pilot(256, system.z(), {"both": 43.0}, 5.5e5, 1e-3, 0.0, 199.0, True, 1.0)
+    candidates = [PressureMethod(system, "Z").costs(pilot, n) for n in ns or sizes(system)]
+    return [filled(each, math.inf) for each in candidates], Target.parse(target).absolute(pilot.value)
+
+
+def test_a_size_that_is_cheaper_by_the_blink_of_an_eye_is_not_taken_for_its_bias():
+    """With 181 spheres, a bias of .0091; with 512, of .0007, and a third of a second more."""
+    two, error = of_dense_spheres("Z=2e-3", 181, 512)
+    small, large = (design(one, error) for one in two)
+    assert small.bias == pytest.approx(0.0091, rel=0.01) == pytest.approx(13.0 * large.bias, rel=0.02)
+    assert small.cpu_seconds < large.cpu_seconds < small.cpu_seconds + 0.6
+    assert large.error < 0.6 * small.error < 0.6 * error
+    assert cheapest(two, error).n == 181
+    assert chosen(two, error, math.inf).n == 512
+    # Of all sizes one between them is as good, and cheaper.
+    every, error = of_dense_spheres("Z=2e-3")
+    found = design(chosen(every, error, math.inf), error)
+    assert found.error < 0.7 * small.error
+    assert found.cpu_seconds == pytest.approx(cheapest(every, error).cpu_seconds, abs=0.2)
+
+
+def test_a_second_more_is_not_taken_where_there_is_none_or_where_it_buys_nothing():
+    two, error = of_dense_spheres("Z=2e-3", 181, 512)
+    assert chosen(two, error, 1.0 + 1e-9).n == 181
+    # Of a run of minutes a second changes nothing.
+    every, error = of_dense_spheres("Z=5e-5")
+    least = cheapest(every, error).cpu_seconds
+    assert design(chosen(every, error, math.inf), error).cpu_seconds == pytest.approx(least, rel=0.01)
+    assert least > 100.0
+    assert chosen([costs(100, bias=0.02)], 1e-2, math.inf) is None
 
 
 def test_replicas_use_the_cores_where_their_equilibration_is_cheap():
@@ -122,23 +162,23 @@ def test_no_plan_is_shorter_than_a_second_where_there_is_time_for_it():
 
 
 def test_loading_compiled_code_is_no_part_of_the_time_of_a_run(monkeypatch):
-    loaded = []
+    loaded, load = [], PressureRun.load_code
 
-    def load(task):
+    def slowly(task):
         loaded.append(task["replica"])
+        load(task)
         began = time.thread_time()
         while time.thread_time() < began + 1.0:
             pass
 
     (task,) = PressureMethod(System(0.3), "Z").tasks(64, 1, 50.0, 512.0, 1)
-    measures.load(task)
-    monkeypatch.setattr(measures, "_brief", load)
+    monkeypatch.setattr(PressureRun, "load_code", slowly)
     monkeypatch.setattr(measures, "_DONE", set())
     for _ in range(2):
-        record = measures.measure(task, Look())
+        record = PressureRun.measure(task, Look())
         # 18 000 collisions in 512 blocks: a tenth of a second.
         assert sum(record["timings"]["cpu_seconds"].values()) < 0.8
-    assert loaded == [measures.REPLICA]
+    assert loaded == [0]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -165,10 +205,12 @@ def test_the_residual_bias_falls_with_n_and_rises_with_density():
 def test_collisions_of_two_species_are_counted_once(plain):
     species = [carom.Species(count=4), carom.Species(count=4, diameter=1.4, mass=3.0)]
     sim = Simulation(carom.Scene.random(species=species, packing_fraction=0.2, dimension=2, seed=1), seed=2)
-    blocks = Blocks(sim)
+    job = Counted({}, sim)
     sim.run(collisions=40)
-    assert blocks._count().sum() == 40
-    assert blocks._count()[0, 1] > 0
+    job.mark()
+    (counted,) = job.pairs
+    assert np.sum(counted) == 40
+    assert counted[0][1] > 0 == counted[1][0]
 
 
 @pytest.mark.slow
@@ -179,9 +221,11 @@ def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     )
     sim = Simulation(scene, kT=2.0, seed=2)
     sim.run(collisions_per_particle=100)
-    blocks = Blocks(sim)
-    blocks.go_on(stretches.time_for(sim, 400), 512)
-    found = blocks.result()
+    job = Counted({}, sim)
+    job.cut(stretches.time_for(sim, 400))
+    for _ in range(512):
+        job.block(Look())
+    found = job.values()
     difference = blocking(np.subtract(found["by_virial"], found["by_rate"]))
     assert abs(difference.mean) < FIVE * difference.error
     # And the difference is small: 1 / (4 D) of the collision rate, 6e-3 here, would show.
@@ -191,42 +235,45 @@ def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     assert [*estimates(found["by_virial"], found["by_rate"], 1)] == ["virial"]
 
 
+def wells(packing_fraction, kT, **more):
+    """Return a system of spheres with square wells of range 1.5 and depth 1."""
+    well = {"type": "square-well", "range": 1.5, "depth": 1.0}
+    return System(packing_fraction, 3, {"interaction": well, **({"kT": kT} if kT else {}), **more})
+
+
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("target", "given", "said"),
     [
-        ({"packing_fraction": 0.52}, "coexist"),
-        ({"packing_fraction": 0.71, "dimension": 2}, "coexist"),
-        ({}, "packing_fraction"),
-        ({"packing_fraction": 0.3, "dimension": 7}, "dimension"),
-        ({"packing_fraction": 0.3, "dimension": 1}, "exact"),
-        ({"packing_fraction": 0.3, "walltime": 0.0}, "walltime"),
-        ({"packing_fraction": 0.3, "cores": 0}, "cores"),
-        ({"packing_fraction": 0.3, "n": 4}, "n"),
-        ({"packing_fraction": 0.3, "species": [{"fraction": 1.0, "weight": 2.0}]}, "weight"),
-        ({"packing_fraction": 0.3, "scene": System(0.2)}, "contradict"),
-        ({"scene": 3}, "scene must be the path of a scene file"),
-        ({"scene": carom.Scene([[0.5, 0.5, 0.5]], 4.0)}, "scene must be the path of a scene file"),
+        ("Z", {"packing_fraction": 0.52}, "coexist"),
+        ("Z", {"packing_fraction": 0.71, "dimension": 2}, "coexist"),
+        ("Z", {}, "packing_fraction"),
+        ("Z", {"packing_fraction": 0.3, "dimension": 7}, "dimension"),
+        ("Z", {"packing_fraction": 0.3, "dimension": 1}, "exact"),
+        ("Z", {"packing_fraction": 0.3, "cores": 0}, "cores"),
+        ("Z", {"packing_fraction": 0.3, "n": 4}, "n must be"),
+        ("Z", {"packing_fraction": 0.3, "species": [{"fraction": 1.0, "weight": 2.0}]}, "weight"),
+        ("Z", {"packing_fraction": 0.3, "scene": System(0.2)}, "contradict"),
+        ("Z", {"scene": 3}, "scene must be the path of a scene file"),
+        ("Z", {"scene": carom.Scene([[0.5, 0.5, 0.5]], 4.0)}, "scene must be the path of a scene file"),
+        ("D", {"packing_fraction": 0.3, "dimension": 2}, "logarithm"),
+        ("D", {"packing_fraction": 0.3, "species": PAIR}, r"ask for D\(0\) to D\(1\)"),
+        ("D(large)", {"packing_fraction": 0.3, "species": PAIR}, "no species large; expected one of 0, 1"),
+        ("D", {"packing_fraction": 0.6}, "carom transport"),
+        ("g(contact)", {"packing_fraction": 0.3, "species": PAIR}, "every pair of species"),
+        ("Z", lambda: {"scene": wells(0.2, 1.0)}, "second virial coefficient"),
+        ("Z", lambda: {"scene": wells(0.5, 2.0)}, "may freeze"),
+        ("g(contact)", lambda: {"scene": wells(0.2, 2.0)}, "contacts alone"),
+        ("D", lambda: {"scene": wells(0.2, 2.0)}, "carom transport"),
+        ("Z", lambda: {"scene": wells(0.2, None)}, "give kT"),
+        ("Z", lambda: {"scene": wells(0.2, 2.0, species=list(PAIR))}, "one species"),
     ],
 )
-def test_what_cannot_be_planned_is_refused_in_a_sentence(given, said):
+def test_what_cannot_be_planned_is_refused_in_a_sentence(target, given, said):
     with pytest.raises(InputError, match=said):
-        carom.plan("Z=1e-2", **given)
+        carom.plan(f"{target}=1e-2", **(given() if callable(given) else given))
 
 
-def test_quantities_that_a_system_lacks_are_refused():
-    with pytest.raises(InputError, match="logarithm"):
-        carom.plan("D=1e-2", packing_fraction=0.3, dimension=2)
-    with pytest.raises(InputError, match=r"ask for D\(0\) to D\(1\)"):
-        carom.plan("D=1e-2", packing_fraction=0.3, species=PAIR)
-    with pytest.raises(InputError, match="no species large; expected one of 0, 1"):
-        carom.plan("D(large)=1e-2", packing_fraction=0.3, species=PAIR)
-    with pytest.raises(InputError, match="carom transport"):
-        carom.plan("D=1e-2", packing_fraction=0.6)
-    with pytest.raises(InputError, match="every pair of species"):
-        carom.plan("g(contact)=1e-2", packing_fraction=0.3, species=PAIR)
-
-
-def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
+def test_a_scene_file_says_what_there_is(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(
         "[scene]\ndimension = 2\npacking_fraction = 0.3\n"
@@ -236,12 +283,6 @@ def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
     assert (system.dimension, n, system.kT) == (2, 40, 2.0)
     assert system.fractions == [0.75, 0.25]
     assert system.packing_fraction == pytest.approx(0.3)
-    path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\nwalls = 'z'\n")
-    with pytest.raises(InputError, match="walls"):
-        of_scene(path)
-    path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
-    with pytest.raises(InputError, match="pinned"):
-        of_scene(path)
 
 
 def test_one_species_has_the_shift_of_its_mass():
@@ -310,6 +351,27 @@ def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):
         load(tmp_path / "elsewhere")
 
 
+def test_a_pilot_that_is_stopped_goes_on_inside_in_the_folder_of_the_plan(planned, tmp_path):
+    seen = []
+
+    def stop(part, text):
+        seen.append((part, text))
+        if part > 0.005:  # a fast machine is done at 0.02
+            os.kill(os.getpid(), signal.SIGINT)
+
+    asked = {"packing_fraction": 0.3, "n": 64, "cores": 2, "out": tmp_path}
+    with pytest.raises(Interrupted, match="the same command goes on"):
+        carom.plan("g(contact)=5e-3", **asked, progress=stop)
+    assert seen[-1][1] == "Pilot of 64 particles"
+    assert list(tmp_path.glob(".pilots/tasks/*.h5"))
+    assert not (tmp_path / "plan.json").exists()
+    after = carom.plan("g(contact)=5e-3", **asked, progress=lambda *now: seen.append(now))
+    assert seen[-1][0] > 0.005
+    assert (after.value, after.ratios) == (planned.value, planned.ratios)
+    assert load(tmp_path) == after
+    assert not (tmp_path / ".pilots").exists()
+
+
 def test_what_does_not_move_in_the_pilot_is_not_planned():
     # Disks of two sizes beyond the glass: a long equilibration that no pilot can see the end of.
     glass = [{"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4}]
@@ -318,61 +380,38 @@ def test_what_does_not_move_in_the_pilot_is_not_planned():
 
 
 @pytest.mark.parametrize(
-    ("typed", "said"),
-    [
-        (["--eta", "0.3", "-t", "Y=1"], "QUANTITY=ERROR"),
-        (["--eta", "0.52", "-t", "Z=1e-3"], "coexist"),
-        (["-t", "Z=1e-3"], "packing_fraction"),
-        (["--eta", "0.3", "--species", "1"], "FRACTION:DIAMETER"),
-        (["nowhere.toml"], "does not exist"),
-        (["nowhere.toml", "--eta", "0.3"], "leave out"),
-    ],
-)
-def test_bad_input_is_a_sentence_and_exit_code_2(typed, said):
-    assert said in refused("plan", *typed)
-
-
-@pytest.mark.parametrize(
-    ("target", "eta"), [("Z=1e-2", "0.3"), ("g(contact)=5e-3", "0.2"), ("g(contact)=5e-3", "0.3")]
-)
-def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta):
-    planned.save(tmp_path)
-    typed = ["plan", "-t", target, "--eta", eta, "--n", "64", "--run", "--out", str(tmp_path)]
-    done = CliRunner().invoke(cli.app, typed)
-    if (target, eta) == ("g(contact)=5e-3", "0.3"):
-        assert done.exit_code == 0
-        assert "promised" in done.stdout
-        assert (tmp_path / "outcome.json").exists()
-        return
-    assert done.exit_code == 2
-    assert ("target was" if eta == "0.3" else "packing_fraction was 0.3 and is 0.2") in done.stderr
-    assert not (tmp_path / "outcome.json").exists()
-
-
-@pytest.mark.parametrize(
     ("given", "said"),
     [
+        (["--n", "64"], None),
+        (["-t", "Z=1e-2"], "target was"),
+        (["--eta", "0.2"], "packing_fraction was 0.3 and is 0.2"),
         (["--n", "500"], "n was 64 and is 500"),
         (["--seed", "7"], "seed was 1 and is 7"),
         (["--cores", "8"], "cores was 2 and is 8"),
         (["--walltime", "10800"], "walltime was left out and is 10800"),
     ],
 )
-def test_a_folder_goes_on_with_the_size_and_the_seed_of_its_plan_only(planned, tmp_path, given, said):
+def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, given, said):
     planned.save(tmp_path)
-    typed = ["plan", "-t", "g(contact)=5e-3", "--eta", "0.3", "--run", "--out", str(tmp_path), *given]
-    assert said in refused(*typed, cwd=tmp_path)
+    words = ["plan", "-t", "g(contact)=5e-3", "--eta", "0.3", "--run", "--out", tmp_path, *given]
+    if said is None:
+        done = typed(*words)
+        assert done.exit_code == 0
+        assert "promised" in done.stdout
+        assert (tmp_path / "outcome.json").exists()
+    else:
+        assert said in refused(*words, cwd=tmp_path)
 
 
-FORTY = [
-    *(("Z=1e-3", eta, 3, None) for eta in (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)),
-    *(("Z=2e-3", eta, 3, None) for eta in (0.4, 0.45, 0.47, 0.49)),
-    *(("Z=1e-3", eta, 2, None) for eta in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)),
-    *(("Z=2e-3", eta, 2, None) for eta in (0.6, 0.65)),
-    *(("g(contact)=3e-3", eta, 3, None) for eta in (0.1, 0.25, 0.35, 0.45)),
-    *(("g(contact)=3e-3", eta, 2, None) for eta in (0.15, 0.4)),
-    *(("Z=2e-3", eta, 3, PAIR) for eta in (0.1, 0.3, 0.45)),
-    *(("P=2e-3", eta, 2, PAIR) for eta in (0.2, 0.5)),
+TWENTY = [
+    *(("Z=1e-3", eta, 3, None) for eta in (0.05, 0.15, 0.25, 0.35)),
+    *(("Z=2e-3", eta, 3, None) for eta in (0.45, 0.49)),
+    *(("Z=1e-3", eta, 2, None) for eta in (0.1, 0.5)),
+    ("Z=2e-3", 0.65, 2, None),
+    *(("g(contact)=3e-3", eta, 3, None) for eta in (0.25, 0.45)),
+    ("g(contact)=3e-3", 0.4, 2, None),
+    ("Z=2e-3", 0.3, 3, PAIR),
+    ("P=2e-3", 0.5, 2, PAIR),
     (
         "P=2e-3",
         0.3,
@@ -382,9 +421,7 @@ FORTY = [
     ("Z=+-0.003", 0.2, 3, None),
     ("Z=2e-3", 0.6, 3, None),
     ("Z=2e-3", 0.2, 4, None),
-    ("Z=2e-3", 0.55, 2, None),
-    *(("D=2e-2", eta, 3, None) for eta in (0.1, 0.2, 0.3, 0.4)),
-    ("D=1e-2", 0.25, 3, None),
+    *(("D=2e-2", eta, 3, None) for eta in (0.1, 0.4)),
 ]
 
 
@@ -399,15 +436,16 @@ def exact(quantity, eta, d, kinds):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ten", range(4))
-def test_forty_promises_hold(ten):
-    assert len(FORTY) == 40
-    errors, times, off = [], [], []
-    for k, (target, eta, d, kinds) in list(enumerate(FORTY))[10 * ten : 10 * ten + 10]:
+@pytest.mark.parametrize("half", range(2))
+def test_twenty_promises_hold(half):
+    assert len(TWENTY) == 20
+    errors, times, off, freedoms = [], [], [], []
+    for k, (target, eta, d, kinds) in list(enumerate(TWENTY))[half::2]:
         plan = carom.plan(target, packing_fraction=eta, dimension=d, species=kinds, cores=1, seed=100 + k)
         done = plan.run()
         errors.append(done.error_ratio)
         times.append(done.time_ratio)
+        freedoms.append(done.value.degrees_of_freedom)
         known = exact(plan.target.quantity, eta, d, kinds)
         away = math.nan if known is None else (done.value.mean - known) / done.error
         off.append(away)
@@ -418,32 +456,15 @@ def test_forty_promises_hold(ten):
             flush=True,
         )
     print(f"errors {_spread(errors)}; times {_spread(times)}")
-    assert max(errors) <= 1.3
+    # An error is known to 1 / sqrt(2 f) of itself, f degrees of freedom, the pilot's to 8 % (SURE). That of
+    # a run of a large crystal is too large: sound lets blocks alternate, more slowly than in a pilot of 256.
+    for (_, eta, d, _), ratio, f in zip(TWENTY[half::2], errors, freedoms, strict=True):
+        crystal = d == 3 and eta > 0.545
+        assert ratio <= (1.3 if crystal else 1.15) * (1.0 + 3.0 / math.sqrt(2.0 * f))
+    assert statistics.geometric_mean(errors) <= 1.1
     assert max(times) <= 1.5
     # One of twenty is off by more than two errors: by chance four or more of ten in one of a thousand runs.
     assert sum(abs(x) > 2.0 for x in off if math.isfinite(x)) <= 3
-
-
-def wells(packing_fraction, kT, dimension=3):
-    """Return a system of square wells of range 1.5 and depth 1."""
-    well = {"type": "square-well", "range": 1.5, "depth": 1.0}
-    return System(packing_fraction, dimension, {"interaction": well, "kT": kT})
-
-
-@pytest.mark.parametrize(
-    ("system", "target", "said"),
-    [
-        (lambda: wells(0.2, 1.0), "Z=1e-2", "second virial coefficient"),
-        (lambda: wells(0.5, 2.0), "Z=1e-2", "may freeze"),
-        (lambda: wells(0.2, 2.0), "g(contact)=1e-2", "contacts alone"),
-        (lambda: wells(0.2, 2.0), "D=1e-2", "carom transport"),
-        (lambda: System(0.2, 3, {"interaction": wells(0.2, 2.0).scene["interaction"]}), "Z=1e-2", "give kT"),
-        (lambda: System(0.2, 3, {**wells(0.2, 2.0).scene, "species": list(PAIR)}), "Z=1e-2", "one species"),
-    ],
-)
-def test_wells_that_cannot_be_planned_are_refused_in_a_sentence(system, target, said):
-    with pytest.raises(InputError, match=said):
-        carom.plan(target, scene=system())
 
 
 def test_the_shift_of_wells_is_that_of_cores_where_they_are_hot_and_of_their_second_virial_coefficient():
@@ -457,14 +478,14 @@ def test_the_shift_of_wells_is_that_of_cores_where_they_are_hot_and_of_their_sec
 def test_promises_for_wells_and_for_species_hold():
     """Z of wells is compared with a published equation of state, which is good to some percent."""
     rows = (Path(__file__).parents[1] / "data" / "square_well_eos.csv").read_text().splitlines()
-    asked = [("D(0)=2e-2", 0.3), ("D(1)=2e-2", 0.3), ("D(1)=1e-2", 0.15)]
+    asked = [("D(0)=2e-2", 0.3), ("D(1)=2e-2", 0.15)]
     plans = [(carom.plan(t, packing_fraction=eta, species=PAIR, cores=1), None) for t, eta in asked]
-    for row in rows[3:]:
+    for row in rows[3::2]:
         kT, density, z, *_ = map(float, row.split(","))
         if density <= 0.5 and kT <= 3.0:
             system = wells(density * math.pi / 6.0, kT)
             plans.append((carom.plan("Z=+-0.005", scene=system, cores=2), z))
-    assert len(plans) == 12
+    assert len(plans) == 8
     errors = []
     for plan, z in plans:
         done = plan.run()
@@ -475,7 +496,7 @@ def test_promises_for_wells_and_for_species_hold():
         assert done.error_ratio <= 1.3 * (1.0 + 2.0 / math.sqrt(2.0 * done.value.n_eff))
         assert done.time_ratio <= 1.5
         assert z is None or done.value.mean == pytest.approx(z, abs=5.0 * done.error + 0.02)
-    assert statistics.geometric_mean(errors) <= 1.15, _spread(errors)
+    assert statistics.geometric_mean(errors) <= 1.2, _spread(errors)
 
 
 def _spread(ratios):

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from carom import Scene, Species, theory
-from carom.observables.statistics import blocking
-from carom.studies.coefficients.analysis import Coefficient
+from carom.observables import blocking
 from carom.studies.planner import diffusion, measures
 from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
 from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
-from carom.studies.planner.pilot import Pilot
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
 from carom.studies.planner.system import System
+from carom.studies.transport.analysis import Coefficient
 
 
 def test_three_replicas_on_two_cores_take_as_long_as_two_of_them():
@@ -28,7 +27,7 @@ def test_three_replicas_on_two_cores_take_as_long_as_two_of_them():
 def test_what_is_said_to_be_within_reach_is_reached_in_the_time(bias):
     costs = Costs(
         n=500, variance=10.0, bias=bias, collisions_per_second=1e5, setup_seconds=2.0,
-        overhead_seconds=1.0, equilibration=100.0, shortest=10.0,
+        equilibration=100.0, shortest=10.0,
     )  # fmt: skip
     found = design(costs, within(costs, cores=1, limit=60.0))
     # Equilibration is counted twice at most: as what is needed, and as a part of the run.
@@ -37,11 +36,11 @@ def test_what_is_said_to_be_within_reach_is_reached_in_the_time(bias):
 
 def test_the_shortest_run_that_has_an_error_bar_is_within_reach_and_no_shorter_one():
     costs = Costs(
-        n=500, variance=10.0, bias=1e-3, collisions_per_second=1e5, setup_seconds=2.0, overhead_seconds=1.0,
+        n=500, variance=10.0, bias=1e-3, collisions_per_second=1e5, setup_seconds=2.0,
         equilibration=100.0, shortest=1000.0,
     )  # fmt: skip
     measured = 0.5 * 500 * 1000.0
-    least = 2.0 + 1.0 + (0.5 * 500 * 100.0 + (1.0 + PART) * measured) / 1e5
+    least = 2.0 + (0.5 * 500 * 100.0 + (1.0 + PART) * measured) / 1e5
     assert within(costs, cores=1, limit=0.999 * least) == math.inf
     error = math.hypot(math.sqrt(10.0 / measured), 1e-3)
     assert 0.99 * error < within(costs, cores=1, limit=1.001 * least) < error
@@ -117,18 +116,28 @@ def test_the_costs_of_a_pressure_are_those_of_z_in_its_unit(quantity):
         factor = 0.3 / (math.pi / 6.0 * 8.0) * 3.0  # rho kT
     if quantity == "g(contact)":
         offset, factor = 1.0, 1.0 / (4.0 * 0.3)
-    pilot = Pilot(
-        n=128, variances={"virial": 3.0, "both": 2.0}, collisions_per_second=1e5, setup_seconds=0.5,
-        equilibration=50.0, sure=True, seconds=1.0, counts=(128,), z=4.0, block_seconds=1e-3,
-    )  # fmt: skip
-    assert method.value(pilot) == pytest.approx((4.0 - system.shift(128) - offset) * factor, rel=1e-12)
+    known = 3.0 + 0.03 * np.random.default_rng(2).normal(size=512)
+    record = {
+        "result": {
+            "n": 128, "counts": [128], "by_virial": known.tolist(), "by_rate": None, "collisions": 10**6,
+            "equilibration": 50.0, "short": 12_800,
+        },
+        "provenance": {"cpu_seconds": {"setup": 0.5, "calls": 1.408, "measuring": 15.12}},
+    }  # fmt: skip
+    pilot = method.found(record)
+    # A call takes 0.01 s, and a collision 1e-5 s.
+    found = pilot.collisions_per_second, pilot.call_seconds, pilot.setup_seconds, pilot.seconds
+    assert (pilot.n, *found) == pytest.approx((128, 1e5, 5.12, 0.5, 17.028), rel=1e-12)
+    value = (blocking(known).mean - system.shift(128) - offset) * factor
+    assert pilot.value == pytest.approx(value, rel=1e-12)
+    variance = measures.estimates(known, None, 3)["virial"].error ** 2 * 1e6
     ns = [64, 128, 512, 4096]
     costs = [method.costs(pilot, n) for n in ns]
     for n, each in zip(ns, costs, strict=True):
         assert each.n == n
-        assert each.variance == pytest.approx(2.0 * factor**2)
+        assert each.variance == pytest.approx(variance * factor**2)
         assert each.bias == pytest.approx(residual(system, n) * factor)
-        assert each.setup_seconds == pytest.approx(0.5 * n / 128)
+        assert each.setup_seconds == pytest.approx(0.5 * n / 128 + 5.12)
     seconds = [design(dataclasses.replace(each, bias=0.0), 1e-3 * factor).cpu_seconds for each in costs]
     assert seconds == sorted(seconds)
     z = 3.0 + np.random.default_rng(1).normal(size=(2, 64))
@@ -167,7 +176,8 @@ def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
     method = DiffusionMethod(System(0.3))
     pilot = DiffusionPilot(
         n=1000, value=0.2, variances={"displacement": 3.0, "velocity": 2.0}, viscosity=0.7, of_viscosity=0.0,
-        collisions_per_second=1e5, setup_seconds=0.0, equilibration=100.0, sure=True, seconds=1.0,
+        collisions_per_second=1e5, setup_seconds=0.0, call_seconds=0.0, equilibration=100.0, sure=True,
+        seconds=1.0,
     )  # fmt: skip
     ns = [1000, 2000, 4000, 8000]
     costs = [method.costs(pilot, n) for n in ns]
@@ -194,14 +204,10 @@ def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(
     n, density, one = 64, 0.5, Coefficient(0.3, 0.01, 100.0, 1.0, 100)
     own = (1.0 + 1.0 / n, 1.0 + 3.0 / n)[species]
     point = SimpleNamespace(
-        n=n,
-        volume=n / density,
-        kT=1.0,
-        mean_mass=1.0,
-        at_rest=lambda k: (1.0 + 1.0 / n, 1.0 + 3.0 / n)[k],
+        n=n, volume=n / density, kT=1.0, mean_mass=1.0, at_rest=lambda k: (1.0 + 1.0 / n, 1.0 + 3.0 / n)[k],
         shear_viscosity=lambda: one,
         self_diffusion=lambda k: [Coefficient(0.3 * (1.0 + k), 0.01, 100.0, 1.0, 100)] * 2,
-    )
+    )  # fmt: skip
     monkeypatch.setattr(diffusion, "Point", lambda records: point)
     half = [{"fraction": 0.5, "diameter": 1.0, "mass": mass} for mass in (0.5, 1.5)]
     method = diffusion.DiffusionMethod(System(density * math.pi / 6.0, scene={"species": half}), str(species))

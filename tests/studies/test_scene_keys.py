@@ -1,22 +1,21 @@
 """What a study does with each key of ``[scene]``: it is in what runs, or it is refused; never dropped."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import carom
 from carom.declared import fields_of
 from carom.errors import InputError
-from carom.models.motions.shear import Shear
+from carom.models import Shear
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
-from carom.studies.accuracy.spec import TradeSpec
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.eos.spec import StudySpec
-from carom.studies.flow.spec import ShearSpec
-from carom.studies.kind_of_studies import STUDIES
+from carom.studies import ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.packings.pack import asked_of
 from carom.studies.planner.system import of_plan
 from carom.studies.scenes import simulation_of
+from carom.studies.study_registry import STUDIES
 
 SPECIES = "{ a = { fraction = 0.5 }, b = { fraction = 0.5, diameter = 0.5 } }"
 
@@ -95,8 +94,7 @@ def _of_trade(words):
 
 
 def _of_pack(words):
-    with open("pack.toml", "w", encoding="utf-8") as file:
-        file.write(words)
+    Path("pack.toml").write_text(words, encoding="utf-8")
     _, scene = asked_of("pack.toml", {})
     made = scene.build(1)
     carom.Simulation(made, seed=1, growth=0.01)  # as a packing does

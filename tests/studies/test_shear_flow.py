@@ -9,11 +9,12 @@ from helpers.drawn import strange_bars
 
 import carom
 from carom.errors import InputError
+from carom.models import Andersen, Shear
 from carom.observables.statistics import blocking, linear_ratio, ratio
 from carom.simulation.measuring import stretches
 from carom.studies import ShearFlow, ShearSpec
-from carom.studies.flow.measure import means
 from carom.studies.scenes import simulation_of
+from carom.studies.shear.measure import means
 
 FIVE = 5.0
 """Standard errors within which two numbers agree."""
@@ -84,11 +85,10 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
     ("given", "says"),
     [
         ({"thermostat": "none"}, "heats elastic particles without end"),
-        ({"thermostat": "rescale", "scene": {"drive": carom.models.Andersen(1.0, 1.0)}}, "contradict"),
+        ({"thermostat": "rescale", "scene": {"drive": Andersen(1.0, 1.0)}}, "contradict"),
         ({"strains": 10, "relative_error": 0.1}, "relative_error and strains contradict"),
         ({"dimension": 1}, "dimension must be"),
         ({"rate": 0.0}, "rate must be"),
-        ({"strains": -1}, "strains must be"),
         ({"scene": {"walls": True}}, "walls does not go with a shear flow"),
         ({"scene": {"interaction": WELL, "impact": 0.9}}, "does not go with contacts that lose energy"),
         ({"scene": {"interaction": WELL}, "restitution": 0.9}, "does not go with contacts that lose energy"),
@@ -96,7 +96,6 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
         ({"scene": {"interaction": BRIDGES}}, "hysteretic steps"),
         ({"scene": {"interaction": carom.models.Bonds([(0, 1)], outer=1.5)}}, "has bonds"),
         ({"scene": {"motion": carom.models.Gravity((0.0, 0.0, -1.0))}}, "motion is the flow"),
-        ({"rates": 1.0}, "no keyword 'rates'; did you mean rate"),
     ],
 )
 def test_what_cannot_flow_is_refused_at_once_in_one_sentence(given, says):
@@ -148,8 +147,11 @@ def test_the_stress_of_wells_is_the_power_of_the_flow():
     assert gained == pytest.approx(1.2 * power, abs=1e-13 * kinetic * sim.collisions)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
-def test_the_means_of_a_block_are_those_of_its_pressure_tensor(d):
+@pytest.mark.parametrize(
+    ("d", "drive", "factor"),
+    [(2, None, 1.25), (3, None, 1.25), (4, None, 1.25), (3, Andersen(1.0, 1.0), 1.0)],
+)
+def test_the_means_of_a_block_are_those_of_its_pressure_tensor(d, drive, factor):
     rng = np.random.default_rng(d)
     carried, handed_over = rng.normal(size=(2, 3, d, d))  # of three parts of a block
     parts = [
@@ -159,9 +161,10 @@ def test_the_means_of_a_block_are_those_of_its_pressure_tensor(d):
         )
         for k in range(3)
     ]  # fmt: skip
-    found = means(SimpleNamespace(n=5, volume=7.0, dimension=d), parts, 2.0)
-    # The center of mass rests, and takes a fifth of the thermal motion.
-    tensor = (1.25 * carried + handed_over).sum(axis=0) / (7.0 * 2.0)
+    scene = carom.Scene.random(5, 0.1, d, motion=Shear(1.0), drive=drive)
+    found = means(scene, parts, 2.0)
+    # The center of mass rests, and takes a fifth of the thermal motion, unless a drive takes up momentum.
+    tensor = (factor * carried + handed_over).sum(axis=0) / (scene.volume * 2.0)
     expected = {
         "collision_rate": 2.0 * 30 / (5 * 2.0), "kT": 0.75, "stress": -tensor[1, 0],
         "pressure": np.trace(tensor) / d, "first": tensor[0, 0] - tensor[1, 1],
@@ -220,10 +223,10 @@ def test_the_viscosity_of_square_wells_is_that_of_their_fluctuations_at_rest():
     # Helfand's slope at rest, with the same 108 particles, so that the box has the same effect on both. A
     # tenth of the collision rate of the cores is slow: the flow does not change the fluid yet.
     given = {"n": 108, "kT": 1.5, "replicas": 1, "scene": {"interaction": WELL}, "executor": "serial"}
-    rest = carom.transport(0.25, relative_error=0.03, **given).shear_viscosity
-    for row in carom.shear([0.2, 0.4], packing_fraction=0.25, relative_error=0.02, **given).table:
+    rest = carom.transport(0.25, relative_error=0.04, **given).shear_viscosity
+    for row in carom.shear([0.2, 0.4], packing_fraction=0.25, relative_error=0.03, **given).table:
         assert row.kT == pytest.approx(1.5, rel=0.01)
         # In 1 % of kT this viscosity changes by less than 1 %.
         error = math.hypot(row.viscosity_error, rest.error)
-        assert error < 0.04 * rest.mean
+        assert error < 0.06 * rest.mean
         assert row.viscosity == pytest.approx(rest.mean, abs=4.0 * error + 0.01 * rest.mean)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from helpers.roots import Roots, RootSpec
-from helpers.workers import odd
+from helpers.workers import odd, run_all
 
 from carom.errors import CaromWarning, InputError
 from carom.studies import executors, own
@@ -48,6 +48,14 @@ def study_of(fault):
     return type("Faulty", (Roots,), {"measure": staticmethod(measure)})
 
 
+def test_of_several_tasks_that_fail_the_first_one_is_named(tmp_path):
+    with pytest.warns(CaromWarning, match="2 of 4 runs failed, the first one at x -2.0: ZeroDivisionError"):
+        study = study_of(lambda: 1 // 0)(RootSpec(x=(-2.0, -1.0, 1.0, 4.0))).run(
+            executor="serial", out=tmp_path
+        )
+    assert [failure.task["x"] for failure in study.failures] == [-2.0, -1.0]
+
+
 @pytest.mark.parametrize("executor", ["serial", "threads"])
 @pytest.mark.parametrize(("fault", "said"), FAULTS.values(), ids=FAULTS)
 def test_a_task_that_fails_costs_itself_alone(tmp_path, executor, fault, said):
@@ -85,17 +93,10 @@ def test_a_study_without_a_table_says_how_far_it_is():
 
 
 def test_an_error_that_no_other_process_can_make_again_costs_its_own_task_only():
-    done, failed = [], []
     with executors.opened("processes", 1) as where:
-        executors.run(
-            odd,
-            [1, 2, 3],
-            where,
-            done=lambda value, found: done.append(found),
-            failed=lambda value, reason: failed.append(reason),
-            stop=lambda: False,
-        )
-    assert (done, failed) == ([2], ["Odd: 1 is odd", "Odd: 3 is odd"])
+        ended, done, failed = run_all(odd, [1, 2, 3], where)
+    assert (ended, done) == (True, [(2, 2)])
+    assert sorted(failed) == [(1, "Odd: 1 is odd"), (3, "Odd: 3 is odd")]  # whoever ends first
 
 
 def test_a_result_is_the_same_before_and_after_it_was_a_file(tmp_path):

@@ -13,15 +13,16 @@ import carom
 from carom import theory
 from carom.errors import InputError
 from carom.reference import NaiveSystem
-from carom.studies.accuracy import measures as trade_measures, rows as trade_rows
-from carom.studies.accuracy.diffusion import EinsteinSlope, looks
-from carom.studies.accuracy.methods import engine, oracle, stepping
-from carom.studies.accuracy.picture import LOOKS, pareto, picture
-from carom.studies.accuracy.scenes import small_scene
-from carom.studies.accuracy.spec import TradeSpec, methods
-from carom.studies.accuracy.study import Trade
-from carom.studies.accuracy.trade import LYAPUNOV, median, melted, method_of
+from carom.scene.velocities import temperature
+from carom.studies import Trade
 from carom.studies.study import Look
+from carom.studies.trade import measures as trade_measures, rows as trade_rows
+from carom.studies.trade.diffusion import EinsteinSlope, looks
+from carom.studies.trade.methods import engine, oracle, stepping
+from carom.studies.trade.picture import LOOKS, pareto, picture
+from carom.studies.trade.scenes import small_scene
+from carom.studies.trade.spec import TradeSpec, methods
+from carom.studies.trade.trade import LYAPUNOV, median, melted, method_of
 
 EPS = np.finfo(float).eps
 
@@ -118,6 +119,15 @@ def test_runs_come_back_as_far_as_their_arithmetic_allows(scene):
     assert trade_measures.reversal(start, engine(), duration) < 1e-10
     assert trade_measures.reversal(start, oracle(20), duration) < 1e-10
     assert trade_measures.reversal(start, stepping(0.1, mean_free_time), duration) > 1e-3
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("method", [engine(), oracle(20), stepping(0.1, 1.0)], ids=lambda method: method.name)
+def test_every_method_has_the_temperature_of_its_start(scene, method):
+    start, _ = scene
+    kT = temperature(start, start.velocities)
+    assert kT == pytest.approx(np.sum(start.velocities**2) / (2 * 15), rel=64 * EPS)  # about the rest
+    assert method.start(start, False).kT() == pytest.approx(kT, rel=64 * EPS)
 
 
 def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
@@ -233,9 +243,9 @@ def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
 def finished():
     """A comparison in small."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("carom.studies.accuracy.spec.SIZES", (64, 256))
-        patch.setattr("carom.studies.accuracy.spec.STEPS", (1e-1, 1e-2))
-        patch.setattr("carom.studies.accuracy.spec.VERLET", (2e-3,))
+        patch.setattr("carom.studies.trade.spec.SIZES", (64, 256))
+        patch.setattr("carom.studies.trade.spec.STEPS", (1e-1, 1e-2))
+        patch.setattr("carom.studies.trade.spec.VERLET", (2e-3,))
         spec = TradeSpec(seconds=0.05, scene={"dimension": 2, "n": 16, "packing_fraction": 0.3})
         yield Trade(spec).run()
 
@@ -288,25 +298,6 @@ def test_the_comparison_shows_what_the_paper_says(finished):
         assert abs(row.diffusion_bias) < max(6.0 * row.diffusion_error, 0.2)
         assert row.diffusion_cost > 0.0 < row.z_cost
     assert event_driven.diffusion_bias == 0.0
-
-
-@pytest.mark.parametrize(
-    "key",
-    [
-        {"walls": True},
-        {"impact": 0.9},
-        {"species": {"a": {"fraction": 0.5}, "b": {"fraction": 0.5, "diameter": 2.0}}},
-        {"interaction": {"type": "square-well", "range": 1.3, "depth": 1.0}},
-        {"motion": {"type": "gravity", "g": [0.0, 0.0, -1.0]}},
-        {"pinned": [0]},
-        {"file": "run1/trajectory.h5md"},
-    ],
-    ids=lambda key: next(iter(key)),
-)
-def test_a_scene_that_the_references_cannot_move_is_refused(key):
-    start = {} if "file" in key else {"n": 32, "packing_fraction": 0.1}
-    with pytest.raises(InputError, match=f"periodic box; leave out .scene. {next(iter(key))}"):
-        TradeSpec(scene={**start, **key})
 
 
 def test_a_crystal_without_room_for_the_small_scene_is_refused_before_anything_runs():

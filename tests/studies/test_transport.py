@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import time
 from dataclasses import replace
 from types import SimpleNamespace
 from unittest import mock
@@ -14,16 +13,14 @@ from helpers.drawn import outside, strange_bars
 import carom
 from carom import studies, theory
 from carom.errors import InputError
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, combined
-from carom.studies.coefficients import pictures, windows
-from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
-from carom.studies.coefficients.points import coefficients_of
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.coefficients.study import Transport
+from carom.studies import Transport, TransportSpec
+from carom.studies.transport import pictures, windows
+from carom.studies.transport.analysis import Coefficient, Point, jackknife, line
+from carom.studies.transport.points import coefficients_of
 
 FIVE = 5.0  # errors: by chance in one of two million
+WELL = {"type": "square-well", "range": 1.5, "depth": 0.5}
 
 
 def test_enskog_is_that_of_the_literature():
@@ -76,13 +73,7 @@ def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
     [
         ([1.0], [108], 3, {}, "hard spheres"),
         ([1.0, 0.5], [50, 150], 2, {}, "a mixture of hard disks: 0.25 of diameter 1, 0.75 of diameter 0.5"),
-        (
-            [1.0],
-            [108],
-            3,
-            {"interaction": {"type": "square-well", "range": 1.5, "depth": 0.5}},
-            "spheres with square wells of range 1.5 and depth 0.5",
-        ),
+        ([1.0], [108], 3, {"interaction": WELL}, "spheres with square wells of range 1.5 and depth 0.5"),
     ],
 )
 def test_a_report_says_in_its_title_what_was_simulated(diameters, counts, dimension, scene, title):
@@ -112,6 +103,13 @@ def block_of(squares, lags=windows.LAGS):
         "shear": [row, zero, zero], "heat": [row, zero, zero], "bulk": [zero, row], "rate": 0.0,
         "change": 0.0, "fluxes": [[row]], "moved": [], "collisions": 1, "virial": 1.0, "duration": 1.0,
     }  # fmt: skip
+
+
+def block_of_pressure(x, lags=windows.LAGS):
+    """Return a block whose bulk viscosity is that of one integral of the pressure."""
+    changes = [x[lag:] - x[:-lag] for lag in lags]
+    bulk = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
+    return block_of(lags, lags) | {"bulk": bulk, "change": float(x[-1] - x[0])}
 
 
 def result_of(blocks, every=0.5, samples=10**9):
@@ -179,14 +177,7 @@ def test_the_mean_taken_out_of_the_pressure_is_made_good(total, count, runs):
     values, every = [], 0.5
     for _ in range(runs):
         walks = np.cumsum(rng.standard_normal((total, count)), axis=1) * math.sqrt(2.0 * every)
-        blocks = []
-        for x in walks:
-            lags = [lag for lag in windows.LAGS if lag <= count // 4]
-            changes = [x[lag:] - x[:-lag] for lag in lags]
-            block = block_of(lags, lags)
-            block["bulk"] = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
-            block["change"] = float(x[-1] - x[0])
-            blocks.append(block)
+        blocks = [block_of_pressure(x, [lag for lag in windows.LAGS if lag <= count // 4]) for x in walks]
         values.append(point_of(blocks, every, count).bulk_viscosity().mean)
     error = np.std(values) / math.sqrt(len(values))
     assert error < 0.07
@@ -254,14 +245,8 @@ def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():
     rng = np.random.default_rng(5)
     records = []
     for pressure in (0.0, 50.0):
-        blocks = []
-        for _ in range(8):
-            x = np.cumsum(rng.standard_normal(1280)) + pressure * 0.5 * np.arange(1280)
-            changes = [x[lag:] - x[:-lag] for lag in windows.LAGS]
-            block = block_of(windows.LAGS)
-            block["bulk"] = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
-            block["change"] = float(x[-1] - x[0])
-            blocks.append(block)
+        mean = pressure * 0.5 * np.arange(1280)
+        blocks = [block_of_pressure(np.cumsum(rng.standard_normal(1280)) + mean) for _ in range(8)]
         records.append({"result": result_of(blocks, samples=1280)})
     found = Point(records).bulk_viscosity()
     assert found.mean == pytest.approx(1.0, abs=FIVE * found.error)
@@ -408,59 +393,22 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
     assert all(each["value"] is None for each in found.to_dict()["table"])
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        ({"dimension": 1}, "dimension"),
-        ({"packing_fraction": 0.6}, "freezing"),
-        ({"scene": {"impact": 0.9}}, "impact"),
-        ({"scene": {"walls": True}}, "walls"),
-        ({"kT": 0.0}, "kT must be"),
-        ({"kT": 0.0, "scene": {"species": [{"fraction": 0.5}, {"fraction": 0.5}]}}, "kT must be"),
-        ({"scene": {"pinned": 10}}, "pinned leaves no bulk fluid"),
-        ({"scene": {"impact": Loss(0.9, contact_time=1e-3)}}, "impact leaves no bulk fluid"),
-        ({"scene": {"motion": Gravity((0.0, 0.0, -1.0))}}, "motion leaves no bulk fluid"),
-    ],
-)
-def test_what_has_no_coefficients_is_refused_at_once(words, says):
-    with pytest.raises(InputError, match=says):
-        carom.transport(**{"packing_fraction": 0.2, **words})
-
-
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ("pinned = 3", "pinned leaves"),
-        ('impact = { type = "loss", restitution = 0.9, contact_time = 1e-3 }', "impact leaves"),
-        ('motion = { type = "gravity", g = [0.0, 0.0, -1.0] }', "motion leaves"),
-    ],
-)
-def test_a_scene_file_of_no_bulk_fluid_is_refused(tmp_path, more, says):
-    path = tmp_path / "scene.toml"
-    path.write_text(f"[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.2\n{more}\n")
-    with pytest.raises(InputError, match=says):
-        TransportSpec.of_argument(path)
-    path.write_text('[scene]\nfile = "start.h5md"\n')
-    with pytest.raises(InputError, match="file has no meaning in a study"):
-        TransportSpec.of_argument(path)
-
-
 def test_what_is_given_takes_the_place_of_what_a_file_says(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("[transport]\npacking_fraction = [0.1]\n")
-    assert TransportSpec.of_argument(path).replaced(collisions_per_particle=5.0).relative_error is None
-    assert (
-        TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
-    )
+    spec = TransportSpec.of_argument(path)
+    assert spec.replaced(collisions_per_particle=5.0).relative_error is None
+    assert spec.replaced(dimension=3, seed=2).packing_fraction == (0.1,)
+    assert spec.replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
+    assert spec.replaced(dimension=2, packing_fraction=(0.3,)).packing_fraction == (0.3,)
     path.write_text("[transport]\npacking_fraction = [0.1]\ncollisions_per_particle = 50\n")
     spec = TransportSpec.of_argument(path).replaced(relative_error=0.1)
     assert (spec.relative_error, spec.collisions_per_particle) == (0.1, None)
     assert spec.packing_fraction == (0.1,)
     path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.4\n")
-    assert TransportSpec.of_argument(path).packing_fraction == pytest.approx((0.4,))
-    assert (
-        TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
-    )
+    spec = TransportSpec.of_argument(path)
+    assert spec.packing_fraction == pytest.approx((0.4,))
+    assert spec.replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
 
 
 def test_the_length_follows_from_the_error_asked_for():
@@ -524,9 +472,9 @@ def test_the_viscosity_of_an_isotopic_mixture_is_that_of_erpenbecks_enskog_theor
 
 
 @pytest.mark.slow
-def test_error_bars_of_200_short_runs_cover():
+def test_error_bars_of_100_short_runs_cover():
     settings = {"n": 32, "collisions_per_particle": 3000, "equilibration": 100}
-    many = carom.transport(0.2, replicas=200, **settings)
+    many = carom.transport(0.2, replicas=100, **settings)
     records = many.records
 
     def numbers(r):
@@ -543,9 +491,9 @@ def test_error_bars_of_200_short_runs_cover():
         inside += held
         deviations.append([(v.mean - truth) / truth for v, truth in zip(found, truths, strict=True)])
     print("inside 95 %:", inside / len(records), "bias:", np.mean(deviations, axis=0))
-    assert (inside >= 0.90 * len(records)).all()  # 95 %, less three standard deviations of a count
+    assert (inside >= 0.88 * len(records)).all()  # 95 %, less three standard deviations of a count
     errors = np.std(deviations, axis=0) / math.sqrt(len(records))
-    assert (np.abs(np.mean(deviations, axis=0)) < 0.25 * math.sqrt(len(records)) * errors).all()
+    assert (np.abs(np.mean(deviations, axis=0)) < 0.35 * math.sqrt(len(records)) * errors).all()
 
 
 @pytest.mark.slow
@@ -557,16 +505,6 @@ def test_different_masses_conduct_by_enskog_with_and_without_labels():
     found = carom.transport(eta, n=216, relative_error=0.03, scene={"species": species})
     value = found.points[0].shear_viscosity
     assert value.mean == pytest.approx(0.2937862, abs=FIVE * value.error + 0.03 * 0.2937862)
-
-
-def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
-    from carom.cli import heartbeat, study
-
-    monkeypatch.setattr(heartbeat, "EVERY", 0.01)
-    with study.watched("the first runs") as (progress, _):
-        progress(0.25, "1 of 4 runs")
-        time.sleep(0.2)
-    assert "1 of 4 runs, 25 %" in capsys.readouterr().err
 
 
 def test_the_shift_and_the_tail_are_given_in_the_units_of_length_mass_and_temperature():

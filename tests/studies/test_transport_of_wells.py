@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.coefficients.study import Transport
+from carom.studies.transport.spec import TransportSpec
+from carom.studies.transport.study import Transport
 
 WIDTH, DEPTH = 1.5, 1.0
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(100)

@@ -15,13 +15,13 @@ import typer
 
 from carom import studies
 from carom.cli import files, info, measure, pack, plan, run, study
-from carom.cli.meant import Command, Group
+from carom.cli.suggestions import Command, Group
 from carom.cli.trouble import started
-from carom.studies.accuracy.spec import TradeSpec
-from carom.studies.codes.spec import CodeSpec
-from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
-from carom.studies.flow.spec import ShearSpec
+from carom.studies.shear.spec import ShearSpec
+from carom.studies.spherical_codes.spec import CodeSpec
+from carom.studies.trade.spec import TradeSpec
+from carom.studies.transport.spec import TransportSpec
 from carom.version import __version__
 
 app = typer.Typer(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from carom.cli.options import FLAGS, Box, Diameter, Overwrite, Quiet, Trusted, lacking, refuse_to_replace
 from carom.cli.trouble import friendly
-from carom.texts import typed, visible
+from carom.texts import counted, typed, visible
 
 
 @friendly
@@ -35,19 +36,22 @@ def export(
     carom export carom-run fluid.lammpstrj
     carom export argon.xyz argon.h5md --diameter 3.4 --box 36,36,36
     """
-    from carom import io
+    from carom.io import convert
+
+    _write(
+        target, overwrite, "Converting",
+        lambda *to, **how: convert(source, *to, overwrite=overwrite, **lacking(diameter, box), **how),
+    )  # fmt: skip
+
+
+def _write(target: Path, overwrite: bool, doing: str, write: Callable[..., int]) -> None:
+    """Let ``write`` make a file of frames, and say how many there are."""
     from carom.cli.screen import watched
 
     refuse_to_replace(target, overwrite=overwrite)
     with watched() as progress:
-        count = io.convert(
-            source,
-            target,
-            overwrite=overwrite,
-            progress=lambda done, total: progress(done / total, "Converting"),
-            **lacking(diameter, box),
-        )
-    typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
+        count = write(target, progress=lambda done, total: progress(done / total, doing))
+    typer.echo(visible(f"{target}: {counted(count, 'frame')}"))
 
 
 @friendly
@@ -89,22 +93,24 @@ def view(
     from carom.cli.screen import watched
     from carom.drawing.page import is_page
     from carom.errors import InputError
+    from carom.layout import kind_at
     from carom.pictures.view import rules_beside, view as shown
-    from carom.studies.kinds import kind_at
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         # With --overwrite a page could otherwise replace the trajectory that it shows.
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
     kind = kind_at(source)
-    study = kind if kind is not None and kind.report else None
-    name = "view.html" if study is None else "report.html"
+    reported = kind is not None and kind.report
+    name = "report.html" if reported else "view.html"
     page = out or (source / name if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite or is_page(page))
-    if study is not None:
+    if reported:
         given = {"--collisions": collisions, "--from": begin, "--to": end}
         if named := [name for name, value in given.items() if value is not None]:
-            raise InputError(f"{named[0]} is of a run, and {source} holds {study.name}; leave it out.")
-        study.load(source).report(page)
+            raise InputError(f"{named[0]} is of a run, and {source} holds a study; leave it out.")
+        from carom.studies.at_path import load
+
+        load(source).report(page)
     else:
         rules = rules_beside(source) if trust_code else None
         with watched("Reading"):  # a replay passes all collisions before its beginning
@@ -139,16 +145,12 @@ def movie(
     carom movie disks disks.gif --color psi_6 --fps 12
     carom movie carom-pack packing.gif --color rattlers
     """
-    from carom.cli.screen import watched
     from carom.pictures.movie import movie as made
 
-    refuse_to_replace(target, overwrite=overwrite)
-    with watched() as progress:
-        count = made(
-            trajectory, target, fps=fps, size=size, color=color,
-            progress=lambda done, total: progress(done / total, "Drawing frames"),
-        )  # fmt: skip
-    typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
+    _write(
+        target, overwrite, "Drawing frames",
+        lambda *to, **how: made(trajectory, *to, fps=fps, size=size, color=color, **how),
+    )  # fmt: skip
 
 
 @friendly
@@ -174,7 +176,7 @@ def init(
     """
     import json
 
-    from carom import meant
+    from carom import suggestions
     from carom.cli import templates
     from carom.errors import InputError
     from carom.paths import write_text
@@ -187,7 +189,7 @@ def init(
         return
     if template not in templates.NAMES:
         raise InputError(
-            f"There is no template {template!r}{meant.suggestion(template, templates.NAMES)}; "
+            f"There is no template {template!r}{suggestions.suggestion(template, templates.NAMES)}; "
             "`carom init --list` shows all."
         )
     path = Path(f"{template}.toml") if path is None else path

@@ -30,7 +30,7 @@ def info(
     carom info carom-run --json
     """
     from carom.results import plain
-    from carom.studies.info import info as found
+    from carom.studies.at_path import info as found
 
     told = found(path)
     print(

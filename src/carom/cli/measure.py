@@ -86,7 +86,7 @@ def measure(
     from carom.paths import refuse_dangling, writing
     from carom.studies import measuring
     from carom.studies.info import of_trajectory
-    from carom.studies.places import TABLES, is_table
+    from carom.studies.result_folders import TABLES, is_table
 
     names = list(quantities or ())
     asked: dict[str, Any] = {}

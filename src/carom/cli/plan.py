@@ -1,4 +1,4 @@
-"""The command ``carom plan``: from a target to the run that reaches it in the least CPU time."""
+"""The command ``carom plan``: from a target to the run that reaches it, and its cost."""
 
 from __future__ import annotations
 
@@ -41,11 +41,12 @@ def plan(
     scene: Path | None, packing_fraction: float | None, dimension: int | None, species: list[str] | None,
     run: bool, out: Path | None, as_json: bool, quiet: bool = False, **given: Any,
 ) -> None:  # fmt: skip
-    """Find the cheapest run that reaches an error.
+    """Find a run that reaches an error for little CPU time.
 
     The plan says how many particles, how long, how many replicas, and what it costs here. A pilot of seconds
-    measures rate, variance and equilibration on this machine. The plan needs the least CPU time. If a target
-    cannot be reached, or not in the given time, a sentence says so, and says what is possible.
+    measures rate, variance and equilibration on this machine. Of the sizes the plan takes the cheapest, or
+    one that is much more accurate for a second more. If a target cannot be reached, or not in the given time,
+    a sentence says so, and says what is possible.
 
     [bold]Examples[/bold]
 
@@ -57,7 +58,6 @@ def plan(
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
     from carom.cli.screen import watched
-    from carom.paths import writing
     from carom.studies.planner.plan import NAME
 
     folder = FOLDER if run and out is None else out
@@ -72,16 +72,10 @@ def plan(
             asked = planner.asked_of(target, scene, given)
             found = _held(folder, asked, system)
         else:
-            if folder is not None:
-                planner.reserve(folder)
-                with writing(folder):  # before the pilot
-                    folder.mkdir(parents=True, exist_ok=True)
             found = planner.plan(
                 target, packing_fraction=packing_fraction, dimension=dimension, species=kinds, scene=scene,
-                **given, progress=progress,
+                out=folder, **given, progress=progress,
             )  # fmt: skip
-            if folder is not None:
-                found.save(folder)
     if not as_json:
         _show(found)
     if not run:
@@ -98,9 +92,9 @@ def plan(
 
 def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
     """Return the plan that a folder holds, if it is for this target and system, and for all that is given."""
-    from carom.studies.places import check_same
     from carom.studies.planner.plan import load
     from carom.studies.planner.target import Target
+    from carom.studies.result_folders import check_same
 
     found = load(folder)
     held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}

@@ -7,7 +7,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import typer
@@ -15,11 +15,14 @@ import typer
 from carom.cli.heartbeat import say
 from carom.cli.tables import Screen
 from carom.cli.trouble import PARTLY
+from carom.observables.statistics import Estimate
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.packing import Packing
 from carom.studies.planner.outcome import Outcome
+from carom.studies.result_folders import ResultFolder
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
+from carom.studies.runs.summary import HEADS, BarostatMoves, Moves, Summary, Theory
 from carom.table import Table, decimals, facts, of_texts
 from carom.texts import particles, superscript, typed, visible
 
@@ -61,18 +64,16 @@ def _plan(outcome: Outcome, folder: Path, *, as_json: bool, verbose: bool = Fals
 def _run(result: RunResult, folder: Path, *, as_json: bool, verbose: bool = False) -> None:
     """Print the summary of a run, with the numbers of the engine if ``verbose``."""
     _shown(result, as_json, verbose)
-    asked, found = result.summary.get("relative_error"), result.summary["Z"]
+    asked, Z = result._found.relative_error, result._found.Z
     if asked is None:
         return
-    if found["mean"] is None or found["error"] is None:
+    if Z is None or math.isinf(Z.error):
         missed(f"Z has no error yet; a relative error of {asked:g} was asked for.")
-    if found["error"] > asked * abs(found["mean"]):
-        missed(
-            f"Z = {found['mean']:.6g} ± {found['error']:.2g}; a relative error of {asked:g} was asked for."
-        )
+    if Z.error > asked * abs(Z.mean):
+        missed(f"Z = {Z.mean:.6g} ± {Z.error:.2g}; a relative error of {asked:g} was asked for.")
 
 
-def missed(sentence: str) -> None:
+def missed(sentence: str) -> NoReturn:
     """Say that something is finished and a target was missed; end with the exit code of that."""
     sys.stdout.flush()
     say(f"Note: {sentence}")
@@ -87,50 +88,42 @@ def _shown(result: RunResult, as_json: bool, verbose: bool) -> None:
         return
     if not result.new:
         print(f"{visible(result.folder)} was finished already; nothing was left to do.")
-    console = Screen()
-    console.print(_physics(result.summary).rich(console))
-    if result.summary.get("layers"):
-        console.print(_bed(result.summary).rich(console))
+    found, console = result._found, Screen()
+    console.print(_physics(found).rich(console))
+    if found.layers:
+        console.print(_bed(found).rich(console))
     console.print(_mechanics(result, verbose).rich(console))
-    for note in (result.summary["phase_note"], result.summary["note"]):
-        if note:
-            console.print(note)
-    for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
-        if reason:
-            console.print(reason)
-    console.print(_health(result.summary))
+    for said in (found.phase_note, found.note, found.without_trajectory, found.without_rdf):
+        if said:
+            console.print(said)
+    console.print(_health(found))
     ready(console, RunFolder(result.folder), _longer(result), trusted=result._rules_logged)
 
 
-def _health(summary: dict[str, Any]) -> str:
+def _health(found: Summary) -> str:
     """Return one line on whether the run can be trusted."""
-    said = []
-    if (drift := summary["energy_drift"]) is not None:
-        kept = abs(drift) < EPSILON**0.5
-        said.append(
-            f"energy kept to {abs(drift):.0e}" if kept
-            else f"energy changed by {abs(drift):.2g} of the kinetic energy"
-        )  # fmt: skip
-    overlap = summary["worst_overlap"]
+    said, drift, overlap = [], found.energy_drift, found.worst_overlap
+    kept = drift is not None and abs(drift) < EPSILON**0.5
+    if drift is not None:
+        changed = f"energy changed by {abs(drift):.2g} of the kinetic energy"
+        said.append(f"energy kept to {abs(drift):.0e}" if kept else changed)
     small = overlap < EPSILON**0.75
     said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
-    if (frames := summary.get("frames_with_overlaps")) is not None:
-        said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
-    doubts = summary.get("remarks") or summary.get("phase_note")
-    few = any(_few(summary.get(name, {})) for name in ("Z", "U", "temperature", "volume"))
-    if summary["Z"]["mean"] is not None and not (doubts or few):
-        said.append("in equilibrium" if drift is not None and kept else "steady")
+    if (frames := found.frames_with_overlaps) is not None:
+        said[-1] += f" in {f'{frames} of ' if frames else ''}{found.frames} checked frames"
+    few = any(map(_few, (found.Z, found.U, found.temperature, found.volume)))
+    if found.Z is not None and not (found.remarks or found.phase_note or few):
+        said.append("in equilibrium" if kept else "steady")
     line = ", ".join(said)
     return f"{line[0].upper()}{line[1:]}."
 
 
-def _few(value: dict[str, Any]) -> bool:
+def _few(value: Estimate | None) -> bool:
     """Return whether an estimate has fewer than ten independent samples, and its error is a guess."""
-    samples = value.get("n_eff")
-    return samples is not None and samples < FEWEST
+    return value is not None and value.n_eff < FEWEST
 
 
-def ready(console: Any, folder: RunFolder, *more: str, trusted: bool = False) -> None:
+def ready(console: Any, folder: ResultFolder, *more: str, trusted: bool = False) -> None:
     """Print the files of a folder, and the commands that may come next; ``trusted`` to call rules again."""
     names = [path.name for path in folder._files() if path.is_file()]
     # Not wrapped, so that a line can be copied.
@@ -141,109 +134,96 @@ def ready(console: Any, folder: RunFolder, *more: str, trusted: bool = False) ->
 
 def _longer(result: RunResult) -> str:
     """Return the commands that measure more, and longer."""
-    summary, where = result.summary, result.folder
-    if summary.get("without_trajectory"):
+    found, where = result._found, result.folder
+    if found.without_trajectory:
         return ""
     more = typed("Measure more: carom measure", where)
-    if summary["Z"]["mean"] is None:
+    if found.Z is None:
         return more
-    if summary["relative_error"] is not None:
-        length = f"--relative-error {summary['relative_error'] / 2.0:.2g}"
+    if found.relative_error is not None:
+        length = f"--relative-error {found.relative_error / 2.0:.2g}"
     else:
-        each = LONGER * 2.0 * summary["collisions"] / summary["n"]
+        each = LONGER * 2.0 * found.collisions / found.n
         length = f"-c {float(f'{each:.1g}'):.0f}"
     return f"{more}    {typed('Longer: carom run', where)} {length} {typed('-o', f'{where}-longer')}"
 
 
-def _physics(summary: dict[str, Any]) -> Table:
+def _physics(found: Summary) -> Table:
     """Return the table that compares the measurement with theory."""
-    n, dimension = summary["n"], summary["dimension"]
-    system = summary.get("system", "particles")
     shown: list[tuple[str, ...]] = []
-    rows = [
-        (f"Z, N = {n}", "Z", "Z"),
-        ("Z, infinite N", "Z_infinite", "Z_infinite"),
-        ("g(σ+) from collisions", "contact_value", "contact_value"),
-        ("g(σ+) from g(r)", "contact_value_from_rdf", "contact_value"),
-    ]
-    for name, key, theoretical in rows:
-        measured = summary[key]
-        if measured["mean"] is None:
-            continue
-        places = decimals(measured["error"])
-        beside = [_beside(row, theoretical, measured, places) for row in summary["theory"]]
-        shown.append((name, _with_error(measured), *beside))
-    per_kT = f"P σ{superscript(dimension)}/kT"
-    alone = [
-        ("V", summary.get("volume")),
-        ("U / N", summary.get("U")),
-        ("kT", summary.get("temperature")),
-        *((f"g(σ+) {name}", value) for name, value in summary["contact_values_from_rdf"].items()),
-        (per_kT, summary["reduced_pressure"]),
-    ]
-    shown += [(name, _with_error(value)) for name, value in alone if value and value["mean"] is not None]
-    if barostat := summary.get("barostat"):
-        reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
+    for name in ("Z", "Z_infinite", "contact_value", "contact_value_from_rdf"):
+        if measured := getattr(found, name):
+            theoretical = [getattr(row, name.removesuffix("_from_rdf")) for row in found.theory]
+            beside = map(functools.partial(_beside, measured), theoretical, found.theory)
+            shown.append((_head(found, name), _with_error(measured), *beside))
+    per_kT = _head(found, "reduced_pressure")
+    pairs = [(f"{HEADS['contact_values_from_rdf']} {k}", g) for k, g in found.contact_values_from_rdf.items()]
+    ways = [(_head(found, name), getattr(found, name)) for name in ("volume", "U", "temperature")]
+    ways += [*pairs, (per_kT, found.reduced_pressure)]
+    shown += [(name, _with_error(value)) for name, value in ways if value is not None]
+    if barostat := found.barostat:
+        reduced = barostat.pressure * found.diameter**found.dimension / found.kT
         shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))
-        if barostat["step"] is not None:
-            shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
-    if (rate := summary["collision_rate"])["mean"] is not None:
-        shown.append(("collision rate of one", _with_error(rate)))
-    if (swaps := summary.get("swaps")) and swaps["tried"]:
-        shown.append(("swaps accepted", _share(swaps)))
-    for obstacle in summary["obstacles"]:
-        for name, unit, factor in _units_of_force(summary):
-            # Of what is never hit neither a number nor its error is known.
-            if (borne := obstacle[name])["mean"] is not None and borne["error"] is not None:
-                shown.append((f"{unit} on {obstacle['name']}", _with_error(_scaled(borne, factor))))
+        if barostat.step is not None:
+            shown.append((f"volume moves accepted, step {barostat.step:.3g}", _share(barostat)))
+    if found.collision_rate is not None:
+        shown.append((HEADS["collision_rate"], _with_error(found.collision_rate)))
+    if found.swaps and found.swaps.tried:
+        shown.append(("swaps accepted", _share(found.swaps)))
+    for surface in found.obstacles:
+        for name, unit, factor in _units_of_force(found):
+            if borne := _known(getattr(surface, name)):
+                shown.append((f"{unit} on {surface.name}", _with_error(borne.scaled(factor))))
                 break
-    for obstacle in summary["obstacles"]:
-        given = obstacle.get("power", _NONE)
-        if given["mean"] is not None and given["error"] is not None:
-            shown.append((f"work of {obstacle['name']} a time", _with_error(given)))
-    title = f"{n} {system} at packing fraction {summary['packing_fraction']:.6g}"
-    heads = "", "measured", *(row["name"] for row in summary["theory"])
-    return of_texts(heads, shown, title, _meaning(summary))
+    work = [(each.name, _known(each.power)) for each in found.obstacles]
+    shown += [(f"work of {name} a time", _with_error(power)) for name, power in work if power]
+    title = f"{found.n} {found.system} at packing fraction {found.packing_fraction:.6g}"
+    return of_texts(("", "measured", *(row.name for row in found.theory)), shown, title, _meaning(found))
 
 
-def _share(moves: dict[str, Any]) -> str:
+def _head(found: Summary, name: str) -> str:
+    """Return what a quantity is called in this dimension, and Z with the number of particles."""
+    return f"Z, N = {found.n}" if name == "Z" else HEADS[name].replace("^d", superscript(found.dimension))
+
+
+def _known(value: Estimate | None) -> Estimate | None:
+    """Return an estimate that has an error; of what is never hit neither a number nor its error is known."""
+    return None if value is None or math.isinf(value.error) else value
+
+
+def _share(moves: Moves | BarostatMoves) -> str:
     """Return which part of moves was accepted."""
-    return f"{100.0 * moves['accepted'] / moves['tried']:.1f} %" if moves["tried"] else "none tried"
+    return f"{100.0 * moves.accepted / moves.tried:.1f} %" if moves.tried else "none tried"
 
 
-_NONE = {"mean": None, "error": None}
-
-
-def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
+def _units_of_force(found: Summary) -> list[tuple[str, str, float]]:
     """Return what is shown of an obstacle, in this order: its name in the summary, and its unit.
 
     In a field forces are in weights of a component. Else they are in units of kT where there is one kT.
     """
-    sigma, d = summary["diameter"], summary["dimension"]
-    if summary.get("weight"):
-        w = summary["weight"]
+    sigma, d, kT = found.diameter, found.dimension, found.kT
+    if w := found.weight:
         length = f" σ{superscript(d - 1)}" if d > 1 else ""
         return [("pressure", f"P{length}/mg", sigma ** (d - 1) / w), ("force", "force/mg", 1.0 / w)]
-    if summary["kT"] and summary.get("thermal", True):
-        kT = summary["kT"]
-        return [("pressure", f"P σ{superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
+    if kT and found.thermal:
+        per_kT = _head(found, "reduced_pressure")
+        return [("pressure", per_kT, sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
     return [("pressure", "P", 1.0), ("force", "force", 1.0)]
 
 
-def _bed(summary: dict[str, Any]) -> Table:
+def _bed(found: Summary) -> Table:
     """Return the table of the layers along a field."""
-    sigma, rows = summary["diameter"], []
-    held = np.cumsum([layer["members"] for layer in summary["layers"]])
+    sigma, rows = found.diameter, []
+    held = np.cumsum([layer.members for layer in found.layers])
     filled = int(np.searchsorted(held, FILLED * held[-1])) + 1 if held[-1] else 0
-    shown = summary["layers"][: filled : math.ceil(filled / MOST_LAYERS) or 1]
+    shown = found.layers[: filled : math.ceil(filled / MOST_LAYERS) or 1]
     for layer in shown:
-        kT = _scaled(layer["kT"], 1.0 / (summary["weight"] * sigma))
-        known = kT["mean"] is not None and kT["error"] is not None
-        place = f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}"
-        rows.append((place, f"{layer['members']:.4g}", _with_error(kT) if known else "-"))
+        kT, place = _known(layer.kT), f"{layer.low / sigma:.4g} to {layer.high / sigma:.4g}"
+        text = "-" if kT is None else _with_error(kT.scaled(1.0 / ((found.weight or math.nan) * sigma)))
+        rows.append((place, f"{layer.members:.4g}", text))
     title = "Layers along the field, from below"
-    if len(shown) < len(summary["layers"]):
-        title += f": {len(shown)} of {len(summary['layers'])}, which summary.json has"
+    if len(shown) < len(found.layers):
+        title += f": {len(shown)} of {len(found.layers)}, which summary.json has"
     return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, title)
 
 
@@ -253,37 +233,28 @@ _WHOLE_BOX = (
 )
 
 
-def _meaning(summary: dict[str, Any]) -> list[str]:
+def _meaning(found: Summary) -> list[str]:
     """Return the meaning of the numbers in the table, one sentence per line."""
     lines = []
-    if summary["theory"]:
-        of = " of both, as theory is that of the mean volume" if summary.get("barostat") else ""
+    if found.theory:
+        of = " of both, as theory is that of the mean volume" if found.barostat else ""
         lines.append(f"In brackets, from ten samples on: (measured - theory) / standard error{of}.")
-    sigma = f"σ = {summary['diameter']:.6g} is the largest diameter"
-    if summary.get("weight"):
-        lines.append(f"{sigma}, mg = {summary['weight']:.6g} the mean weight of one.")
-    elif summary.get("thermal", True):
-        lines.append(f"{sigma}, kT = {summary['kT']:.6g}.")
+    sigma = f"σ = {found.diameter:.6g} is the largest diameter"
+    if found.weight:
+        lines.append(f"{sigma}, mg = {found.weight:.6g} the mean weight of one.")
+    elif found.thermal:
+        lines.append(f"{sigma}, kT = {found.kT:.6g}.")
     else:
         lines.append(f"{sigma}. There is no one kT: a pressure is in units of the scene.")
-    if summary["obstacles"]:
-        if not summary.get("weight"):
-            lines += [
-                _WHOLE_BOX,
-                "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes "
-                "up.",
-            ]
-        if any(obstacle["pressure"]["error"] is not None for obstacle in summary["obstacles"]):
-            lines.append(
-                "A pressure is the force over the area of the surface itself: the face of the box, or the "
-                "sphere or cylinder that an obstacle is. Centers turn around half a diameter before it."
-            )
+    if found.obstacles and not found.weight:
+        pairs = "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes up."
+        lines += [_WHOLE_BOX, pairs]
+    if any(_known(surface.pressure) for surface in found.obstacles):
+        lines.append(
+            "A pressure is the force over the area of the surface itself: the face of the box, or the "
+            "sphere or cylinder that an obstacle is. Centers turn around half a diameter before it."
+        )
     return lines
-
-
-def _scaled(value: dict[str, Any], factor: float) -> dict[str, Any]:
-    """Return an estimate in another unit."""
-    return {name: None if value[name] is None else factor * value[name] for name in ("mean", "error")}
 
 
 @show.register
@@ -321,23 +292,24 @@ def _packing(packing: Packing, folder: Path, *, as_json: bool, verbose: bool = F
 
 def _mechanics(result: RunResult, verbose: bool) -> Table:
     """Return the table about the run itself: what was asked for, and if ``verbose`` drifts and the rate."""
-    summary = result.summary
-    asked, spared = summary["relative_error"], summary["spared_contacts"]
+    found, asked, Z = result._found, result._found.relative_error, _known(result._found.Z)
+    reached = f"{Z.relative_error:.2g}" if Z and Z.mean else "?"
+    spared = found.spared_contacts
     rows = [
-        *([("relative error of Z", _reached(summary))] if asked is not None else []),
-        ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
+        *([("relative error of Z", f"{reached}, {asked:.2g} was asked for")] if asked is not None else []),
+        ("collisions", f"{found.collisions:,}".replace(",", " ") + f" in time {found.time:.6g}"),
         *([("elastic contacts", f"{spared}, below elastic_below or within contact_time")] if spared else []),
-        *((f"{name} left", str(count)) for name, count in (summary.get("units") or {}).items()),
+        *((f"{name} left", str(count)) for name, count in (found.units or {}).items()),
     ]
     timing = result.timing if verbose else {}
     engine = [
         *(
-            (name.replace("_", " "), f"{summary[name]:.1e}")
+            (name.replace("_", " "), f"{drift:.1e}")
             for name in ("energy_drift", "momentum_drift")
-            if summary[name] is not None
+            if (drift := getattr(found, name)) is not None
         ),
-        ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
-        ("advancements", f"{100.0 * summary['advancement_fraction']:.1f} % of all events"),
+        ("worst overlap", f"{found.worst_overlap:.1e} diameters"),
+        ("advancements", f"{100.0 * found.advancement_fraction:.1f} % of all events"),
     ]
     if timing:
         engine += [
@@ -347,31 +319,23 @@ def _mechanics(result: RunResult, verbose: bool) -> Table:
     return facts("", [*rows, *(engine if verbose else [])])
 
 
-def _reached(summary: dict[str, Any]) -> str:
-    """Return the relative error of Z and the one that was asked for."""
-    z = summary["Z"]
-    reached = f"{z['error'] / abs(z['mean']):.2g}" if z["mean"] and z["error"] is not None else "?"
-    return f"{reached}, {summary['relative_error']:.2g} was asked for"
-
-
-def _with_error(value: dict[str, Any]) -> str:
+def _with_error(value: Estimate) -> str:
     """Return a mean with its standard error."""
-    places = decimals(value["error"])
-    if value["error"] is None:
-        return f"{value['mean']:.6g} ± ?"
-    return f"{value['mean']:.{places}f} ± {value['error']:.{places if value['error'] else 0}f}"
+    if math.isinf(value.error):
+        return f"{value.mean:.6g} ± ?"
+    places = decimals(value.error)
+    return f"{value.mean:.{places}f} ± {value.error:.{places if value.error else 0}f}"
 
 
-def _beside(row: dict[str, Any], key: str, measured: dict[str, Any], places: int) -> str:
+def _beside(measured: Estimate, theory: float | None, row: Theory) -> str:
     """Return a value of theory, with (measured - theory) / standard error in brackets, if that is known."""
-    theory = row[key]
     if theory is None:
         return "-"
     # One digit more than the measurement has, so that rounding does not affect the comparison.
-    text = f"{theory:.{places + 1}f}"
-    if not measured["error"] or _few(measured):
+    text = f"{theory:.{decimals(measured.error) + 1}f}"
+    if not measured.error or math.isinf(measured.error) or _few(measured):
         return text
-    return f"{text} ({(measured['mean'] - theory) / (measured['error'] * row.get('errors', 1.0)):+.1f})"
+    return f"{text} ({(measured.mean - theory) / (measured.error * (row.errors or 1.0)):+.1f})"
 
 
 def _rounded(rate: float) -> str:

@@ -72,7 +72,7 @@ def run(
     from carom.cli.screen import predicted, watched
     from carom.errors import InputError
     from carom.scene_file.scene_file import SceneFile
-    from carom.studies.runs.asked import plan_of
+    from carom.studies.runs.inputs import plan_of
 
     asked = SceneFile() if scene is None else plan_of(scene)
     words = of_options(SceneSpec, given)
@@ -129,13 +129,13 @@ def resume(
     from carom.cli.results import show
     from carom.cli.screen import predicted, watched
     from carom.cli.study import carry_out
-    from carom.studies.kinds import kind_at
-    from carom.studies.saved import resume as go_on
+    from carom.layout import kind_at
+    from carom.studies.at_path import load, resume as go_on
 
-    kind = kind_at(folder) if folder.is_dir() else None
+    kind = kind_at(folder)
     if kind is not None and kind.report:
         report = (folder / "report.html").exists()
-        study = kind.load(folder)
+        study = load(folder)
         carry_out(study, folder, executor=None, cores=cores, report=report, pictures=True, as_json=as_json)
         return
     how: dict[str, Any] = {"cores": number_of(cores), "trust_code": trust_code}

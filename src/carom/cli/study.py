@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from carom.cli.heartbeat import quiet, say
-from carom.cli.meant import Command
 from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
+from carom.cli.suggestions import Command
 from carom.cli.trouble import PARTLY, started
 from carom.texts import typed, visible
 
@@ -132,27 +132,25 @@ def finish(study: Study[Any]) -> None:
 def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
     """Refuse a folder for a study that holds other results, and a file; change nothing."""
     from carom.errors import FileError
-    from carom.studies import places
     from carom.studies.folder import Folder
 
     if out.suffix in FILES and not out.is_dir():
         raise FileError(f"--out is a folder, in which {name} writes its files; found the file {out}.")
-    places.refuse_others(out, "a study")
     Folder(out).check_study(asked.study)
 
 
 def reserve(study: Study[Any], out: Path) -> None:
     """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing."""
     from carom.errors import FileError
-    from carom.studies import places
+    from carom.studies import result_folders
     from carom.studies.folder import SETTINGS
 
     refuse_folder(out, study.name, type(study.spec))
     if not (out / SETTINGS).exists():
         names = (*study.files(), "report.html")
-        places.refuse_to_replace([out / name for name in names], "a study")
+        result_folders.refuse_to_replace([out / name for name in names], "a study")
     file = out / "study.toml"
-    if file.exists() and places.of_the_user(file) and not _describes(file, study.spec):
+    if file.exists() and result_folders.of_the_user(file) and not _describes(file, study.spec):
         raise FileError(
             f"{file} was written or annotated by somebody and describes another study, so it was left as it "
             "is; choose another folder with --out, or move the file."
@@ -172,7 +170,7 @@ def _describes(file: Path, spec: Any) -> bool:
 def describe(study: Study[Any], out: Path) -> None:
     """Write what is asked for to study.toml in a folder."""
     from carom.paths import write_text
-    from carom.studies.places import title
+    from carom.studies.result_folders import title
 
     file = out / "study.toml"
     if not _describes(file, study.spec):  # the user's own, with its comments

@@ -15,12 +15,12 @@ from carom.declared import SpecField, fields_of, schema_of
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.spec import Spec
-from carom.studies.accuracy.spec import TradeSpec
-from carom.studies.codes.spec import CodeSpec
-from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
-from carom.studies.flow.spec import ShearSpec
 from carom.studies.packings.spec import PackSpec
+from carom.studies.shear.spec import ShearSpec
+from carom.studies.spherical_codes.spec import CodeSpec
+from carom.studies.trade.spec import TradeSpec
+from carom.studies.transport.spec import TransportSpec
 from carom.texts import typed
 
 SPECS: dict[str, type[Spec]] = {

@@ -6,6 +6,7 @@ import ast
 import inspect
 import math
 import types
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,10 @@ def element_type(dtype: np.dtype) -> Type:
     if kind is None:
         raise Untranslatable(f"an array of {dtype} is not known here")
     return UINT8 if kind is BOOL else kind
+
+
+OF_TUPLES = {name for name in vars(namedtuple("Any", ())) if name.startswith("_")}
+"""What every named tuple has."""
 
 
 class Arrays(Arithmetic):
@@ -238,7 +243,7 @@ class Arrays(Arithmetic):
         value = self.whole(value)
         if isinstance(value, Several):
             fields = getattr(value.cls, "_fields", ())
-            if name.startswith("_"):
+            if name in OF_TUPLES or name.startswith("__"):
                 raise Untranslatable(f"{name} is not known here: write the fields that you need")
             if name in fields:
                 return self.get(value.items[fields.index(name)])

@@ -1,4 +1,4 @@
-"""Calls: functions are written where they are called, cold ones once each; questions find their answers."""
+"""Calls: functions are written where they are called, cold ones once each."""
 
 from __future__ import annotations
 
@@ -70,28 +70,11 @@ class Calls(Variables):
                 raise Untranslatable(f"{described(function)} does not take these arguments here") from None
         if isinstance(given, type):
             return self._made(given, arguments, named)
-        if hasattr(given, "registry"):
-            if not arguments:
-                raise Untranslatable(f"{given.__name__} needs a model")
-            return self.invoke(self.answer(given, arguments[0]), arguments, named, given in registry.COLD)
         if hasattr(given, "py_func"):
             return self._foreign(given, [self.number(each) for each in arguments])
         if not isinstance(given, types.FunctionType):
             raise Untranslatable(f"{getattr(given, '__name__', given)} is not known here")
         return self.invoke(given, arguments, named, given in registry.COLD)
-
-    def answer(self, question: Any, model: Any) -> Any:
-        """Return the function that answers a question for a model."""
-        if isinstance(model, Several):
-            kind = model.cls
-        elif isinstance(model, Array):
-            kind = np.ndarray
-        else:
-            kind = type(None) if isinstance(model, Known) and model.value is None else object
-        found = question.dispatch(kind)
-        if found is question.registry[object] and question in registry.REQUIRED:
-            raise Untranslatable(f"{described(model)} has no {question.__name__}: register one")
-        return found
 
     def _method(self, bound: Bound, arguments: list[Any], named: dict[str, Any]) -> Any:
         if bound.function == "view":

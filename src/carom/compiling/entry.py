@@ -132,13 +132,12 @@ def _made(function: Any, arguments: tuple[Any, ...], flat: Flat) -> Compiled:
     except Untranslatable as error:
         if error.function is None or registry.is_ours(error.function.__globals__.get("__name__")):
             raise
-        raise InputError(of_models(error, registry.own_answers(classes))) from error
+        raise InputError(of_models(error, registry.own_methods(classes))) from error
     finally:
         sys.setrecursionlimit(deepest)
         if collecting:
             gc.enable()
         _spent += time.perf_counter() - began
-    registry.IN_USE.update(classes)
     foreign = translated.addresses() if translated is not None else ()
     form = "Q" + "".join(flat.form) + "Q" * len(foreign)
     return Compiled(call, form, facts["answer"], facts["count"], facts["faults"], foreign)

@@ -28,11 +28,11 @@ class Untranslatable(CaromError):
         return Untranslatable(self.words, function, place)
 
 
-def of_models(error: Untranslatable, answers: Sequence[tuple[str, type, Any]]) -> str:
-    """Return a sentence about one of the user's models, from names of questions, classes and functions."""
-    for question, model, function in answers:
-        if function is error.function:
-            return f"{question} of {model.__name__} cannot be compiled: {error}."
+def of_models(error: Untranslatable, methods: Sequence[tuple[type, Any]]) -> str:
+    """Return a sentence about one of the user's models, from classes and their methods."""
+    for model, method in methods:
+        if method is error.function:
+            return f"{method.__name__} of {model.__name__} cannot be compiled: {error}."
     return f"{error.function.__qualname__} cannot be compiled: {error}."
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from carom.compiling.arrays import element_type
 from carom.compiling.calls import Calls
+from carom.compiling.faults import Untranslatable
 from carom.compiling.functions import compiled_as
 from carom.compiling.language import (
     INT64,
@@ -35,6 +36,7 @@ from carom.compiling.language import (
     Lined,
     Number,
     Several,
+    described,
 )
 
 LANES = 8  # values in a register
@@ -112,8 +114,8 @@ def pack_fields(pair, lanes, words, start_index, bits, address):
 
 
 def asked_of(question, pair, lanes, address, i, j, others):
-    """Return the answer of a pair model to a question about i, the candidate j, and others."""
-    return question(pair, int(i), int(j), *others)
+    """Return the answer of a pair model to a question, by its name, about i, the candidate j, and others."""
+    return getattr(pair, question)(int(i), int(j), *others)
 
 
 def _named(self: Calls, words: Array, start: Any, bits: Any) -> Iterator[Any]:
@@ -252,4 +254,7 @@ def _asked_of(
         for at, scratch in _rooms(self, pair, lanes):
             items[at] = Lined(self.get(items[at]), scratch, address)
         pair, candidate = Several(pair.cls, items), Candidate(INT64, self.text(candidate))
-    return self.call(question, [pair, self.cast(self.wide(i), INT64), candidate, *others.items], {})
+    method = getattr(pair.cls, question.value, None)
+    if method is None:
+        raise Untranslatable(f"{described(pair)} has no {question.value}")
+    return self.call(Known(method), [pair, self.cast(self.wide(i), INT64), candidate, *others.items], {})

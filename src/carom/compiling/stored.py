@@ -152,16 +152,15 @@ class Walk:
         self.found.update(repr(words).encode())
 
     def visit_classes(self, classes: list[type]) -> None:
-        """Note the classes of models that are not Carom's, and the answers of all that are not Carom's."""
+        """Note the classes of models that are not Carom's, and all methods that are not Carom's."""
         for cls in dict.fromkeys(classes):
             self.visit_class(cls)
             self.add(getattr(cls, "lanes", ()))
-            for question in registry.QUESTIONS:
-                for base in cls.__mro__[:-1]:
-                    answer = question.registry.get(base)
-                    if answer is not None and not _is_by_name(answer):
-                        self.add(question.__qualname__, base.__qualname__)
-                        self.visit(answer)
+            for base in cls.__mro__[:-1]:
+                for name, method in vars(base).items():
+                    if _may_be_called(name, method) and not _is_by_name(method):
+                        self.add(name, base.__qualname__)
+                        self.visit_method(method)
 
     def visit(self, value: Any) -> None:
         """Note anything that compiled code may read."""
@@ -181,8 +180,6 @@ class Walk:
                 self.visit(each)
         elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
             self.add(value.dtype.descr, value.shape, value.tobytes())
-        elif isinstance(value, types.FunctionType) and value in registry.QUESTIONS:
-            self.add(value.__qualname__)  # its answers are those of the classes
         elif isinstance(value, types.FunctionType):
             self.visit_function(value)
         elif isinstance(value, types.ModuleType | types.BuiltinFunctionType | np.ufunc):
@@ -206,16 +203,20 @@ class Walk:
             elif not issubclass(cls, BaseException):
                 raise Unknown(cls)
 
+    def visit_method(self, method: Any) -> None:
+        """Note a method of a class; one that cannot be followed is not called."""
+        before = {**self.functions}
+        try:
+            self.visit(method)
+        except Unknown:
+            self.functions = before
+
     def visit_attributes(self, attributes: Any) -> None:
-        """Note the methods and the constants of a class; a method that cannot be followed is not called."""
+        """Note the methods and the constants of a class."""
         for name, value in attributes.items():
             value = getattr(value, "__func__", value)
-            if isinstance(value, types.FunctionType) and not name.startswith("_"):
-                before = {**self.functions}
-                try:
-                    self.visit(value)
-                except Unknown:
-                    self.functions = before
+            if _may_be_called(name, value):
+                self.visit_method(value)
             elif isinstance(value, bool | int | float | tuple | np.ndarray | np.generic):
                 self.add(name)
                 self.visit(value)
@@ -256,6 +257,13 @@ class Walk:
                 found = getattr(value, part, None)
                 if not _known(value.__name__) or isinstance(found, int | float | np.generic):
                     self.visit_parts(found, names, seen)
+
+
+def _may_be_called(name: str, method: Any) -> bool:
+    """Tell whether a part of a class is a method that compiled code may call: no private one but a user's."""
+    if not isinstance(method, types.FunctionType) or name.startswith("__"):
+        return False
+    return name[0] != "_" or not _known(method.__globals__.get("__name__"))
 
 
 def _known(module: str | None) -> bool:

@@ -22,7 +22,7 @@ from carom.errors import InputError
 from carom.figures.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.geometry.neighbors import nearest
 from carom.geometry.overlaps import geometry_of_frame
-from carom.models.questions.obstacle import Obstacle
+from carom.models.interfaces.obstacle import Obstacle
 from carom.paths import write_text
 from carom.texts import particles
 

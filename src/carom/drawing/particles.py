@@ -17,9 +17,9 @@ from carom.drawing.render import Camera, rendered
 from carom.drawing.shapes import along, border
 from carom.figures.palette import FACES
 from carom.figures.style import DPI, PIXELS, TITLE, TOP, saved, sheet, state
+from carom.models.interfaces.obstacle import Obstacle
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
-from carom.models.questions.obstacle import Obstacle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,7 +16,7 @@ from carom.bridges.embedding import embed, upright
 from carom.configuration import Configuration
 from carom.drawing.shapes import shapes_of
 from carom.figures.palette import colors_of
-from carom.models.questions.obstacle import Obstacle
+from carom.models.interfaces.obstacle import Obstacle
 
 FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.errors import InputError
+from carom.models.interfaces.obstacle import Obstacle
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import ROUND
-from carom.models.questions.obstacle import Obstacle
 
 SHARP = 0.9
 """Two facets whose normals have a smaller product meet in an edge that is drawn."""

@@ -25,14 +25,6 @@ def advance(model, state, neighbors, i, now):
         old_event.v[axis] = model.motion.velocity_at(axis, v0, t)
 
 
-def into_next_epoch(model, state, neighbors, i, length):
-    """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
-    advance(model, state, neighbors, i, length)
-    state.rows[i].t = 0.0
-    state.rows[i].event_time -= length
-    state.crossing_time[i] -= length
-
-
 def place_at(model, state, i, now, x, v):
     """Write position, in the box, and velocity of component i at the time now into ``x`` and ``v``."""
     old_event = state.rows[i]

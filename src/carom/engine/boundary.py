@@ -1,4 +1,4 @@
-"""Periodic boxes: the image of a component that a *word* names.
+"""Periodic boxes: the image of a component that a reference names, a *ref*.
 
 In a wide box it is the index, and the nearest image. In a small one (the paper's unsectored case) it is
 ``index << bits | code``, with the ``code`` < 3^d of the neighboring sector that held the candidate.
@@ -10,27 +10,26 @@ import numpy as np
 
 from carom.compiling.lanes import asked_of
 from carom.compiling.registry import Questions
-from carom.models.questions.interaction import contact_time, interaction_time, jump
-from carom.models.questions.steps import CORE
+from carom.models.interfaces.steps import CORE
 
 
 class Boundary(Questions):
-    """What a boundary answers: who is named by a word, and where the image is."""
+    """What a boundary answers: who is named by a ref, and where the image is."""
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
-        """Return the component that a word names."""
+        """Return the component that a ref names."""
         raise NotImplementedError
 
     def index_bits(self):
-        """Return how many low bits of a word are not the component's index."""
+        """Return how many low bits of a ref are not the component's index."""
         raise NotImplementedError
 
     def lasting(self):
-        """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
+        """Return whether a ref stays valid when its component, or the one that uses it, changes sector."""
         raise NotImplementedError
 
     def mirror(self, i, ref):
-        """Return the word under which the component named by ``ref`` sees component ``i``."""
+        """Return the ref under which the component named by ``ref`` sees component ``i``."""
         raise NotImplementedError
 
     def separation(self, i, ref, axis, dx):
@@ -46,20 +45,20 @@ class Boundary(Questions):
         raise NotImplementedError
 
     def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-        """Return the time until i meets the candidate that a word names, at a place of the lanes."""
-        return asked_of(interaction_time, pair, lanes, lane_index, i, self.index(ref), (rr, rv, vv, now))
+        """Return the time until i meets the candidate that a ref names, at a place of the lanes."""
+        return asked_of("interaction_time", pair, lanes, lane_index, i, self.index(ref), (rr, rv, vv, now))
 
     def refined_time(self, pair, i, ref, rr, rv, vv, now):
         """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-        return contact_time(pair, i, self.index(ref), rr, rv, vv, now)
+        return pair.contact_time(i, self.index(ref), rr, rv, vv, now)
 
     def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
-        """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
-        a, b, virial = jump(pair, i, self.index(ref), rr, rv, now)
+        """Return what the event of i and a ref adds, as ``jump`` does, its kind, and both steps or zeros."""
+        a, b, virial = pair.jump(i, self.index(ref), rr, rv, now)
         return a, b, virial, CORE, 0, 0
 
     def logged(self, ref, kind):
-        """Return what the log holds of a word: with steps, the kind of the event in place of one."""
+        """Return what the log holds of a ref: with steps, the kind of the event in place of one."""
         return ref
 
 
@@ -98,7 +97,7 @@ class SectorImage(Boundary):
     wraps: np.ndarray  # boxes between a component's position and its sector, (n + 1, d) int32, theirs too
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighboring sectors, (3^d, d) int64."""
-    bits: int  # bits of a word that hold the neighboring sector
+    bits: int  # bits of a ref that hold the neighboring sector
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
         return int(ref) >> self.bits

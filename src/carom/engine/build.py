@@ -14,7 +14,7 @@ from carom.engine.constants import POWERS, TALLY
 from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.all_pairs import AlongCurves, Everybody, Pairs
 from carom.engine.neighbors.build import build_neighbors
-from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.lists import NeighborLists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
@@ -25,11 +25,9 @@ from carom.engine.one_body import make_timers, wall_timing
 from carom.engine.search import FarSteps, FromCache, FromNow, FromRows, Timing
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
-from carom.models.copies import copied
 from carom.models.interactions.units import Units
+from carom.models.interfaces.memory import copied, copy_state
 from carom.models.mathematics.contact import MOST_DIAMETERS
-from carom.models.questions.memory import copy_state
-from carom.models.questions.steps import step_core_square
 
 MOST_FLOWN = 8.0
 """Diameters that two may fly relative to each other from the moment from which their contact is computed: the
@@ -70,7 +68,7 @@ class Engine(NamedTuple):
 
     model: Model
     state: State
-    neighbors: Lists | Sectors | Everybody | Pairs
+    neighbors: NeighborLists | Sectors | Everybody | Pairs
     calendar: Calendar
     tallies: Any
 
@@ -144,7 +142,7 @@ def timing_of(scheme: NeighborPlan, system: System, neighbors, pair) -> Timing:
     # Half a box away, pairs would be taken for other images.
     growing = 1.0 if system.rates is None else 2.0
     free_space = 0.49 * system.narrowest / max(system.stretch) - growing * system.diameter
-    size = system.smallest if system.nearest >= ALIKE * system.smallest else system.nearest
+    size = system.smallest if system.smallest_contact >= ALIKE * system.smallest else system.smallest_contact
     ahead = min(MOST_FLOWN * size, free_space)
     return FromRows(ahead**2) if ahead >= SLIGHT * size else FromNow()
 
@@ -152,7 +150,7 @@ def timing_of(scheme: NeighborPlan, system: System, neighbors, pair) -> Timing:
 def _smallest_core(interaction: Any, pair, system: System) -> float:
     """Return the diameter of the smallest hard core, circles not counted; infinity without one."""
     count, _ = interaction.steps(system.particles)
-    squares = [float(step_core_square(pair, step)) for step in range(count)]
+    squares = [float(pair.step_core_square(step)) for step in range(count)]
     return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
 
 

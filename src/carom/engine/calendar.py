@@ -21,7 +21,7 @@ from carom.compiling.instructions import prefetch
 from carom.compiling.registry import Questions, cold
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
 from carom.engine.state import aligned
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""

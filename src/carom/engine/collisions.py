@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.entry import entry
-from carom.compiling.registry import cold
-from carom.engine.advance import advance, into_next_epoch
+from carom.engine.advance import advance
 from carom.engine.constants import LAMBDA
-from carom.engine.events import retime
-from carom.engine.lattice import remap
 from carom.engine.observers.interface import (
     PairEvent,
 )
-from carom.engine.obstacles import age_obstacles
-from carom.engine.rubbing import rub
 from carom.engine.rules import on_crossing
+from carom.engine.tangential_impulse import rub
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.contact import LONGER
-from carom.models.questions.interaction import core_square, growth, record_impulse
-from carom.models.questions.memory import shift_epoch
-from carom.models.questions.particles import NEVER
 
 
 def collide(model, state, neighbors, tally, i, ref, now):
@@ -48,7 +41,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
         model.pair, neighbors, tally, i, ref, long_rr, long_rv, now
     )
     # Surfaces that grow approach faster than the centers do.
-    rate = growth(model.pair, i) + growth(model.pair, j)
+    rate = model.pair.growth_of(i) + model.pair.growth_of(j)
     part = 1.0
     if model.impact is not None:
         part = model.impact.exchanged_part(i, j, rr, rv - np.sqrt(rr) * rate, now)
@@ -66,48 +59,12 @@ def collide(model, state, neighbors, tally, i, ref, now):
     model.observers.after_pair(model, state, event)
     tally.collisions += 1
     tally.virial += virial
-    tally.depth = max(tally.depth, core_square(model.pair, i, j, now) / rr)
+    tally.depth = max(tally.depth, model.pair.core_square(i, j, now) / rr)
     model.observers.count_pair(i, j, virial)
-    record_impulse(model.pair, i, j, virial / np.sqrt(rr))
-    word = model.boundary.logged(ref, kind)
-    model.observers.record(state.clock[0], i, word, virial / np.sqrt(rr))
+    model.pair.record_impulse(i, j, virial / np.sqrt(rr))
+    logged_ref = model.boundary.logged(ref, kind)
+    model.observers.record(state.clock[0], i, logged_ref, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
     state.partner[j] = LAMBDA
-
-
-@cold
-def new_epoch(model, state, neighbors):
-    """Begin the next epoch, times less by its length; tell whether all must be scheduled again."""
-    clock = state.clock[0]
-    length = clock.length
-    for i in range(len(state.partner)):
-        into_next_epoch(model, state, neighbors, i, length)
-    shift_epoch(model.pair, length)
-    shift_epoch(model.impact, length)
-    age_obstacles(model.obstacles, length)
-    model.observers.at_epoch(model, state, length)
-    clock.epoch += 1
-    clock.now = 0.0
-    if remap(model.motion, state, model.boundary.edges, length):
-        return True
-    if neighbors.must_renew(model.motion, length):
-        return True
-    for i in range(len(state.partner)):
-        retime(model, state, i)
-    return False
-
-
-@entry
-def advance_epoch(model, state, neighbors, start_index, end):
-    """Carry the components from ``start_index`` to ``end`` into the next epoch."""
-    for i in range(start_index, end):
-        into_next_epoch(model, state, neighbors, i, state.clock[0].length)
-
-
-@entry
-def retime_all(model, state, start_index, end):
-    """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
-    for i in range(start_index, end):
-        retime(model, state, i)

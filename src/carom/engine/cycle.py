@@ -18,7 +18,7 @@ from carom.engine.calendar import (
     pop,
     prefetch_calendar,
 )
-from carom.engine.collisions import collide, new_epoch
+from carom.engine.collisions import collide
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
@@ -31,6 +31,7 @@ from carom.engine.constants import (
     REACHED_TIME,
     SPENT,
 )
+from carom.engine.epochs import new_epoch
 from carom.engine.events import (
     enqueue,
     notify_next,
@@ -43,7 +44,7 @@ from carom.engine.events import (
 from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.one_body import run_one_body
 from carom.engine.search import NO_REF
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 
 @entry

@@ -10,7 +10,7 @@ from carom.engine.constants import LAMBDA, TIMER_EVENT
 from carom.engine.one_body import event_in_view, retime_contact, schedule_one_body
 from carom.engine.search import NO_REF, FromRows
 from carom.models.interactions.units import NO_AGENT
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 EARLIER = 2.0**-40
 """Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
@@ -19,9 +19,9 @@ EARLIER = 2.0**-40
 def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     """Schedule the next event of i (lines 14 to 23 of Figure 6.1) from the result ``found`` of its search.
 
-    ``met`` is the word of the one with which i has just collided, or none. They do not collide again at the
+    ``met`` is the ref of the one with which i has just collided, or none. They do not collide again at the
     same time (condition V), even if they overlap and approach by rounding; in a small box they may under
-    another word.
+    another ref.
     """
     rows = state.rows
     held = state.partner[i]
@@ -87,7 +87,7 @@ def recheck_one_body(model, state, calendar, i, now):
 
 
 def release(model, state, calendar, i, held):
-    """Leave the former partner of i (word ``held``) with an advancement, unless i has chosen it again."""
+    """Leave the former partner of i (ref ``held``) with an advancement, unless i has chosen it again."""
     j = model.boundary.index(held)
     back = state.partner[j]
     if back < 0 or model.boundary.index(back) != i:
@@ -147,7 +147,7 @@ def offer_newcomer(model, state, calendar, tally, i, now, found):
 
 @cold
 def start_over(model, state, neighbors, calendar, tally, i, now):
-    """Schedule i again if its change of sector made the word of its partner invalid."""
+    """Schedule i again if its change of sector made the ref of its partner invalid."""
     rows = state.rows
     held = state.partner[i]
     held_time = rows[i].event_time

@@ -12,16 +12,14 @@ import numpy as np
 
 from carom.compiling.registry import answers
 from carom.engine.neighbors.bounds import EqualBounds
-from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.lists import NeighborLists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.system import System
+from carom.models.interfaces.particles import NEVER
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.cells import cells_of
-from carom.models.questions.interaction import radius
-from carom.models.questions.obstacle import member
-from carom.models.questions.particles import NEVER
 
 
 class Spheres(NamedTuple):
@@ -48,8 +46,8 @@ class Grid(NamedTuple):
 def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
     """Return a chain of obstacles whose crowds have cells, if flights are straight and radii known."""
     own = type(system.interaction).__module__.partition(".")[0] != "carom"
-    own_radius = own and answers(radius, type(pair))
-    if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:
+    own_radius = own and answers("radius_of", type(pair))
+    if not hasattr(chain, "tail") or not isinstance(system.motion, FreeFlight) or own_radius:
         return chain
     tail = with_grids(chain.tail, scheme, system, neighbors, pair)
     if not hasattr(chain, "grid"):  # not of a crowd
@@ -70,7 +68,7 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
 
 def _reach(neighbors: Any) -> tuple[float, ...]:
     """Return how far a component may fly before it looks again, along each axis [length]."""
-    if not isinstance(neighbors, Lists):  # a slack is less than half of a sector
+    if not isinstance(neighbors, NeighborLists):  # a slack is less than half of a sector
         return tuple(2.0 * side for side in neighbors.sides)
     bounds = neighbors.bounds
     equal = isinstance(bounds, EqualBounds)
@@ -114,7 +112,7 @@ def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sig
             wanted = min(best, before, limit)
             if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
                 continue
-            t = model.motion.meeting(member(crowd, who), obstacles.image, v, size, rate, now)
+            t = model.motion.meeting(crowd.member(who), obstacles.image, v, size, rate, now)
             # Of two at one time, the first: as where all are asked.
             if t < best or (t == best and who < number):
                 best = t

@@ -12,76 +12,68 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import answering, optional
+from carom.compiling.registry import Questions
 from carom.engine.advance import place_at
 from carom.engine.obstacle_grid import soonest_in_cells
-from carom.engine.rubbing import rub_obstacle
+from carom.engine.tangential_impulse import rub_obstacle
+from carom.models.interfaces.memory import ROOM, kept, remembers
+from carom.models.interfaces.obstacle import LIVE, rebound
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.walls import wall_normal, yields
 from carom.models.obstacles.cells import CROWD_FROM, together
-from carom.models.questions.interaction import growth, mass, radius
-from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
-from carom.models.questions.obstacle import (
-    LIVE,
-    anchor,
-    at_time,
-    is_periodic,
-    member,
-    members,
-    outward,
-    recoil,
-)
-from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import wall_normal, yields
 
 
-@optional
-def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
-    """Return the time until a component touches one of a chain of obstacles, and its number."""
-    return NEVER, -1
+class Link(Questions):
+    """A list of obstacles that types can walk along: links of one kind each. These are the end's answers."""
+
+    def soonest_link(self, obstacles, model, size, rate, every, now, sight):
+        """Return the time until a component touches one of a chain of obstacles, and its number."""
+        return NEVER, -1
+
+    def normal_along(self, obstacles, boundary, number):
+        """Put the normal of the obstacle of that number into the room for an image, if it is in the chain."""
+        return
+
+    def strike(self, model, state, i, number, now):
+        """Replace the room's velocity by that after the contact with an obstacle, and find its normal.
+
+        It is elastic where the number is none of a chain of single obstacles: a wall of the box, or one of a
+        crowd.
+        """
+        there = model.obstacles
+        rebound(model.motion, there.v, there.image, model.pair.growth_of(i))
+
+    def age_link(self, duration):
+        """Refer the times that obstacles of a chain remember to the start of the next epoch."""
+        return
 
 
-@optional
-def normal_along(chain, obstacles, boundary, number):
-    """Put the normal of the obstacle of that number into the room for an image, if it is in the chain."""
-    return
+class End(Link):
+    """The end of a chain."""
+
+    last: bool = True  # always true: an empty tuple would count as false
 
 
-@optional
-def strike(chain, model, state, i, number, now):
-    """Replace the room's velocity by that after the contact with an obstacle, and find its normal.
-
-    It is elastic where the number is none of a chain of single obstacles: a wall of the box, one of a crowd.
-    """
-    there = model.obstacles
-    recoil(
-        None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now
-    )
-
-
-@optional
-def age_link(chain, duration):
-    """Refer the times that obstacles of a chain remember to the start of the next epoch."""
-    return
-
-
-@answering(soonest_link, normal_along, strike, age_link)
-class Chain(NamedTuple):
-    """Obstacles of one kind, and the chain of the other kinds: a list that types can walk along."""
+class Chain(Link):
+    """Obstacles of one kind."""
 
     head: tuple  # obstacles of one kind
     number: int  # number of the first of them
-    tail: Any  # the rest, a Chain, a Crowd or None
+    tail: Any  # the rest, a link
 
     def soonest_link(self, obstacles, model, size, rate, every, now, sight):
-        best, number = soonest_link(self.tail, obstacles, model, size, rate, every, now, sight)
-        for k in range(len(self.head)):
+        best, number = self.tail.soonest_link(obstacles, model, size, rate, every, now, sight)
+        k = 0
+        while k < len(self.head):  # a range would be written out
             t = soonest_image(self.head[k], obstacles, model, size, rate, every, now)
             if t < best:
                 best = t
                 number = self.number + k
+            k += 1
         return best, number
 
     def normal_along(self, obstacles, boundary, number):
-        normal_along(self.tail, obstacles, boundary, number)
+        self.tail.normal_along(obstacles, boundary, number)
         k = number - self.number
         if 0 <= k < len(self.head):
             store_normal(self.head[k], obstacles, boundary)
@@ -89,52 +81,51 @@ class Chain(NamedTuple):
     def strike(self, model, state, i, number, now):
         k = number - self.number
         if 0 <= k < len(self.head):
-            there = model.obstacles
-            rate = growth(model.pair, i)
-            at_time(self.head[k], now)
-            store_normal(self.head[k], there, model.boundary)
-            recoil(
-                self.head[k], model.motion, i, mass(model.pair, i), there.x, there.v, there.image, rate, now
-            )
-            rub_obstacle(self.head[k], model.impact, model, state, i, now)
+            obstacle, there, weight = self.head[k], model.obstacles, model.pair.mass_of(i)
+            obstacle.at_time(now)
+            store_normal(obstacle, there, model.boundary)
+            rate = model.pair.growth_of(i)
+            obstacle.recoil(model.motion, i, weight, there.x, there.v, there.image, rate, now)
+            rub_obstacle(obstacle, model.impact, model, state, i, now)
         else:
-            strike(self.tail, model, state, i, number, now)
+            self.tail.strike(model, state, i, number, now)
 
     def age_link(self, duration):
-        age_link(self.tail, duration)
-        for k in range(len(self.head)):
-            shift_epoch(self.head[k], duration)
+        self.tail.age_link(duration)
+        k = 0
+        while k < len(self.head):
+            self.head[k].shift_epoch(duration)
+            k += 1
 
 
-@answering(soonest_link, normal_along, strike, age_link)
-class Crowd(NamedTuple):
-    """A link of many of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
+class Crowd(Link):
+    """Many obstacles of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
 
     head: Any  # a model of all of them, which answers ``members`` and ``member``
     number: int  # number of the first of them
-    tail: Any  # the rest, a Chain, a Crowd or None
+    tail: Any  # the rest, a link
     grid: Any = None
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
     def soonest_link(self, obstacles, model, size, rate, every, now, sight):
-        best, number = soonest_link(self.tail, obstacles, model, size, rate, every, now, sight)
+        best, number = self.tail.soonest_link(obstacles, model, size, rate, every, now, sight)
         t, k = soonest_member(self.grid, self.head, obstacles, model, size, rate, every, now, best, sight)
         return (t, self.number + k) if t < best else (best, number)
 
     def normal_along(self, obstacles, boundary, number):
-        normal_along(self.tail, obstacles, boundary, number)
+        self.tail.normal_along(obstacles, boundary, number)
         k = number - self.number
-        if 0 <= k < members(self.head):
-            store_normal(member(self.head, k), obstacles, boundary)
+        if 0 <= k < self.head.members():
+            store_normal(self.head.member(k), obstacles, boundary)
 
     def strike(self, model, state, i, number, now):
         k = number - self.number
-        if 0 <= k < members(self.head):
-            store_normal(member(self.head, k), model.obstacles, model.boundary)
-        strike(self.tail, model, state, i, number, now)
+        if 0 <= k < self.head.members():
+            store_normal(self.head.member(k), model.obstacles, model.boundary)
+        self.tail.strike(model, state, i, number, now)
 
     def age_link(self, duration):
-        age_link(self.tail, duration)
+        self.tail.age_link(duration)
 
 
 HAIR = 2.0**-40  # part of a time by which it may be rounded
@@ -152,7 +143,7 @@ class Obstacles(NamedTuple):
 
     walls: Any
     """The walls of the box, or None."""
-    chain: Chain | Crowd | None
+    chain: Link
     hits: Annotated[np.ndarray, kept()]
     """Collisions with each, (numbers,) int64."""
     impulse: Annotated[np.ndarray, kept(-1)]
@@ -192,7 +183,7 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
         kinds.setdefault(kind_of(model), []).append(model)
     total = 2 * dimension + len(models)
     number = total
-    chain: Chain | Crowd | None = None
+    chain: Link = End()
     for group in reversed(kinds.values()):
         number -= len(group)
         crowd = together(group) if len(group) >= CROWD_FROM else None
@@ -225,14 +216,14 @@ def soonest(obstacles, model, state, i, now, every, until):
     need not be found.
     """
     place_at(model, state, i, now, obstacles.x, obstacles.v)
-    size = radius(model.pair, i, now)
-    rate = growth(model.pair, i)
+    size = model.pair.radius_of(i, now)
+    rate = model.pair.growth_of(i)
     best = NEVER
     number = -1
     if every:
         best, number = model.motion.wall_meeting(obstacles.walls, obstacles.x, obstacles.v, size, rate)
     sight = Sight(max(state.clock[0].now - now, 0.0), until - now + HAIR * until)
-    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now, sight)
+    t, k = obstacles.chain.soonest_link(obstacles, model, size, rate, every, now, sight)
     if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
         best = t
         number = k
@@ -245,8 +236,8 @@ def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before
         return soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sight)
     best = NEVER
     number = -1
-    for k in range(members(crowd)):
-        t = soonest_image(member(crowd, k), obstacles, model, size, rate, every, now)
+    for k in range(crowd.members()):
+        t = soonest_image(crowd.member(k), obstacles, model, size, rate, every, now)
         if t < best:
             best = t
             number = k
@@ -257,13 +248,15 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
     """Return the time until a component touches an obstacle, in any image of the box in which it stands."""
     boundary = model.boundary
     t = NEVER
-    if is_periodic(obstacle):
-        for code in range(3 ** len(boundary.edges)):
+    if obstacle.is_periodic():
+        code = 0
+        while code < 3 ** len(boundary.edges):  # a range would be written out in the plane
             digits = code
+            code += 1
             for axis in range(len(boundary.edges)):
                 edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
                 # The anchor may have been given in another box.
-                turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
+                turns = np.floor(obstacle.anchor(axis) * boundary.inverse[axis])
                 obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
                 digits //= 3
             t = min(t, model.motion.meeting(obstacle, obstacles.image, obstacles.v, size, rate, now))
@@ -289,14 +282,14 @@ def reflect(live, model, state, i, number, now):
     obstacles = model.obstacles
     me = state.rows[i]
     if live is None:
-        normal_along(obstacles.chain, obstacles, model.boundary, number)
+        obstacles.chain.normal_along(obstacles, model.boundary, number)
         speed = 0.0
         for axis in range(len(model.boundary.edges)):
             speed += obstacles.image[axis] * me.v[axis]
-        change = model.motion.rebound_speed(growth(model.pair, i) - speed)
+        change = model.motion.rebound_speed(model.pair.growth_of(i) - speed)
         model.motion.push(change, me.v, obstacles.image)
-        return mass(model.pair, i) * change
-    strike(obstacles.chain, model, state, i, number, now)
+        return model.pair.mass_of(i) * change
+    obstacles.chain.strike(model, state, i, number, now)
     along = 0.0
     energy = 0.0
     for axis in range(len(model.boundary.edges)):
@@ -304,7 +297,7 @@ def reflect(live, model, state, i, number, now):
         along += obstacles.image[axis] * change
         energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
         me.v[axis] = obstacles.v[axis]
-    weight = mass(model.pair, i)
+    weight = model.pair.mass_of(i)
     live.energy[0] = weight * energy
     live.work[number] += weight * energy
     return weight * along
@@ -317,12 +310,12 @@ def gained(live, momentum, rate):
 
 def store_normal(obstacle, obstacles, boundary):
     """Put the normal of an obstacle that is touched into the room for an image."""
-    if is_periodic(obstacle):  # the image that is touched is the nearest one
+    if obstacle.is_periodic():  # the image that is touched is the nearest one
         for axis in range(len(boundary.edges)):
-            turns = np.rint((obstacles.x[axis] - anchor(obstacle, axis)) * boundary.inverse[axis])
+            turns = np.rint((obstacles.x[axis] - obstacle.anchor(axis)) * boundary.inverse[axis])
             obstacles.x[axis] -= turns * boundary.edges[axis]
     for axis in range(len(boundary.edges)):
-        obstacles.image[axis] = outward(obstacle, obstacles.x, axis)
+        obstacles.image[axis] = obstacle.outward(obstacles.x, axis)
 
 
 def age_obstacles(obstacles, duration):
@@ -334,13 +327,13 @@ def age_obstacles(obstacles, duration):
 def age_live(live, chain, duration):
     """Do so, if there are live ones."""
     if live is not None:
-        age_link(chain, duration)
+        chain.age_link(duration)
 
 
 def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
     """Return, by obstacle, contacts that lost nothing, and those thrown faster than they came."""
     found: dict[int, tuple[int, int]] = {}
-    while chain is not None:
+    while not isinstance(chain, End):
         for k, model in enumerate(chain.head if isinstance(chain, Chain) else ()):
             if hasattr(model, "spared"):
                 found[chain.number + k] = (int(model.spared[0]), int(model.spared[1]))

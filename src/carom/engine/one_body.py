@@ -19,10 +19,9 @@ from carom.engine.observers.interface import (
 from carom.engine.obstacles import gained, reflect_component, soonest
 from carom.engine.rules import rule_event, run_rule
 from carom.engine.search import FromRows, start_before
+from carom.models.interfaces.memory import GIVEN, ORIGIN, ROOM, UNIT
+from carom.models.interfaces.particles import NEVER
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.interaction import growth, mass
-from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
-from carom.models.questions.particles import NEVER
 
 
 def schedule_one_body(model, state, i, now, before):
@@ -76,7 +75,7 @@ def run_contact(obstacles, model, state, neighbors, i, code, now):
     advance(model, state, neighbors, i, now)
     model.observers.before_obstacle(model, state, i, now)
     momentum = reflect_component(model, state, i, number, now)
-    energy = gained(obstacles.live, momentum, growth(model.pair, i))
+    energy = gained(obstacles.live, momentum, model.pair.growth_of(i))
     model.observers.gain(energy, now)
     model.observers.after_obstacle(model, state, ObstacleEvent(i, number, now, momentum, energy))
     model.observers.record(state.clock[0], i, code, momentum)
@@ -173,7 +172,7 @@ def run_kick(timers, model, state, neighbors, i, code, now):
         before += v * v
         timers.x[axis] = me.x[axis]
         timers.v[axis] = math.ldexp(v, -timers.exponent)
-    weight = mass(model.pair, i)
+    weight = model.pair.mass_of(i)
     time = math.ldexp(_since(timers, state) + now, timers.exponent)
     timers.drive.kick(i, weight, timers.x, timers.v, time)
     after = 0.0

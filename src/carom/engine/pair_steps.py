@@ -1,7 +1,7 @@
 """Pairs with steps and without: the time and the outcome of their events, through one interface.
 
-The step of a pair is in bits of the words in neighbor lists, ``index << bits | step``. A pair has two
-entries, which change together at its events. Renewed lists keep the words of old neighbors; new ones come
+The step of a pair is in bits of the refs in neighbor lists, ``index << bits | step``. A pair has two
+entries, which change together at its events. Renewed lists keep the refs of old neighbors; new ones come
 from beyond all steps. Only the caller derives steps from distances, at the start of a run.
 """
 
@@ -14,19 +14,19 @@ import numpy as np
 from carom.compiling.lanes import asked_of
 from carom.engine.boundary import NearestImage
 from carom.errors import CaromError
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import step_bits, step_core_square, step_jump, step_time
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.steps import step_bits
 
 
 def step_of(boundary, ref):
-    """Return the step that a word names."""
+    """Return the step that a ref names."""
     return int(ref) & ((1 << boundary.bits) - 1)
 
 
 class SteppedImage(NearestImage):
-    """A :class:`NearestImage` whose words name steps of pairs."""
+    """A :class:`NearestImage` whose refs name steps of pairs."""
 
-    bits: int  # low bits of a word that hold the step
+    bits: int  # low bits of a ref that hold the step
 
     def index(self, ref):  # type: ignore[override]  # of a tuple
         return int(ref) >> self.bits
@@ -39,54 +39,54 @@ class SteppedImage(NearestImage):
 
     def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
         j, step = self.index(ref), step_of(self, ref)
-        return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
+        return asked_of("step_time", pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
     def refined_time(self, pair, i, ref, rr, rv, vv, now):
-        t = step_time(pair, i, self.index(ref), step_of(self, ref), rr, rv, vv, now)
+        t = pair.step_time(i, self.index(ref), step_of(self, ref), rr, rv, vv, now)
         return t if t < NEVER else max(-rv / vv, 0.0), False
 
     def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
         j = self.index(ref)
         before = step_of(self, ref)
-        a, b, virial, step, kind = step_jump(pair, i, j, before, rr, rv, now)
+        a, b, virial, step, kind = pair.step_jump(i, j, before, rr, rv, now)
         if step != before:
             neighbors.put_step(i, j, step)
             neighbors.put_step(j, i, step)
         pair.events[before, kind] += 1
-        tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
+        tally.depth = max(tally.depth, pair.step_core_square(before) / rr)
         return a, b, virial, kind, before, step
 
     def logged(self, ref, kind):
         return (self.index(ref) << self.bits) | kind
 
 
-def fresh_word(pair_steps, i, j):
-    """Return the word under which i lists j, a newcomer from beyond all steps."""
-    return np.uint32(j) if pair_steps is None else pair_steps.fresh_word(i, j)
+def fresh_ref(pair_steps, i, j):
+    """Return the ref under which i lists j, a newcomer from beyond all steps."""
+    return np.uint32(j) if pair_steps is None else pair_steps.fresh_ref(i, j)
 
 
 class PairSteps(NamedTuple):
-    """How words of lists name steps; None without steps."""
+    """How refs of lists name steps; None without steps."""
 
-    bits: int  # low bits of a word that hold the step
+    bits: int  # low bits of a ref that hold the step
     ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
-    def fresh_word(self, i, j):
+    def fresh_ref(self, i, j):
         return np.uint32(j << self.bits)
 
 
 class SpeciesSteps(NamedTuple):
     """The same where pairs of species have steps of their own."""
 
-    bits: int  # low bits of a word that hold the step
+    bits: int  # low bits of a ref that hold the step
     ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
-    kinds: np.ndarray  # species, (n + 1,) int64
-    species: int  # K
+    species: np.ndarray  # (n + 1,) int64
+    species_count: int  # K
     outside: np.ndarray  # step of a pair of species that is out of reach, (K * K,) int64
 
-    def fresh_word(self, i, j):
-        pair_of_species = self.kinds[i] * self.species + self.kinds[j]
-        return stepped_word(self, j, self.outside[pair_of_species])
+    def fresh_ref(self, i, j):
+        pair_of_species = self.species[i] * self.species_count + self.species[j]
+        return stepped_ref(self, j, self.outside[pair_of_species])
 
 
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:
@@ -97,24 +97,24 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
     bits, n = step_bits(count), len(particles.radii)
     if (n + 1) << bits >= 1 << 31:
         raise ValueError(
-            f"{n} components on {count} steps are more than a word of 31 bits can name: use fewer of them."
+            f"{n} components on {count} steps are more than 31 bits can name: use fewer of them."
         )
     ready = np.zeros(1, np.int64)
     if not np.any(outside):
         return PairSteps(bits, ready)
-    kinds = particles.with_ghost(particles.species, np.int64)
-    return SpeciesSteps(bits, ready, kinds, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
+    species = particles.with_padding(particles.species, np.int64)
+    return SpeciesSteps(bits, ready, species, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
 
 
 def named(pair_steps, ref):
-    """Return the component that a word of a list names."""
+    """Return the component that a ref of a list names."""
     return ref if pair_steps is None else np.uint32(ref >> np.uint32(pair_steps.bits))
 
 
 def put_newcomer(pair_steps, newcomers, k, i, j):
-    """Put the word of a newcomer in the place of its index."""
+    """Put the ref of a newcomer in the place of its index."""
     if pair_steps is not None:
-        newcomers[k] = fresh_word(pair_steps, i, j)
+        newcomers[k] = fresh_ref(pair_steps, i, j)
 
 
 def standing(pair_steps):
@@ -126,13 +126,13 @@ def standing(pair_steps):
     return ready
 
 
-def stepped_word(pair_steps, j, step):
-    """Return the word that names component j and a step."""
+def stepped_ref(pair_steps, j, step):
+    """Return the ref that names component j and a step."""
     return np.uint32((j << pair_steps.bits) | step)
 
 
 def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return where in the words the lists' entries are, and whose each is."""
+    """Return where in the refs the lists' entries are, and whose each is."""
     n = len(lists.counts)
     owners = np.repeat(np.arange(n), lists.counts)
     begins = np.repeat(np.cumsum(lists.counts, dtype=np.int64) - lists.counts, lists.counts)
@@ -146,8 +146,8 @@ def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
     others, step_numbers = refs >> lists.steps.bits, refs & ((1 << lists.steps.bits) - 1)
     outside: Any = 0
     if isinstance(lists.steps, SpeciesSteps):
-        kinds = lists.steps.kinds
-        outside = lists.steps.outside[kinds[owners] * lists.steps.species + kinds[others]]
+        species = lists.steps.species
+        outside = lists.steps.outside[species[owners] * lists.steps.species_count + species[others]]
     inside = (owners < others) & (step_numbers != outside)
     return np.stack([owners[inside], others[inside]], axis=1), step_numbers[inside]
 

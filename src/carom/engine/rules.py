@@ -14,19 +14,17 @@ from carom.models.interactions.units import (
     LEFT,
     NO_AGENT,
     apply,
-    call_rule,
     cause_of,
     fill_agent,
     fill_event,
     place_other,
     recount,
 )
-from carom.models.questions.interaction import mass
-from carom.models.questions.steps import IN
+from carom.models.interfaces.steps import IN
 
 
-def recount_word(neighbors, rules, boundary, i, ref, was):
-    """Do so for the one that a word names."""
+def recount_ref(neighbors, rules, boundary, i, ref, was):
+    """Do so for the one that a ref names."""
     j = boundary.index(ref)
     recount(rules, i, j, step_of(boundary, ref), was)
     if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
@@ -45,7 +43,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
     after = 0.0
     for axis in range(dimension):
         after += me.v[axis] * me.v[axis]
-    model.observers.gain(0.5 * mass(rules, i) * (after - before), now)
+    model.observers.gain(0.5 * rules.mass_of(i) * (after - before), now)
     if was != NO_AGENT:
         neighbors.recount_listed(rules, model.boundary, i, was)
 
@@ -73,9 +71,9 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
         place_other(rules, 0, axis, r, other.v[axis])
         place_other(rules, 1, axis, -r, me.v[axis])
     if mine >= 0:
-        call_rule(rules.rule, rules.units[0], rules.told[0])
+        rules.rule.call_rule(rules.units[0], rules.told[0])
     if yours >= 0:
-        call_rule(rules.rule, rules.units[1], rules.told[1])
+        rules.rule.call_rule(rules.units[1], rules.told[1])
     if mine >= 0:
         _settle(rules, model, state, neighbors, 0, i, now)
     if yours >= 0:
@@ -116,5 +114,5 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
             x = model.motion.position(axis, far.x[axis], far.v[axis], now - far.t)
             r = model.boundary.separation(i, ref, axis, x - me.x[axis])
             place_other(rules, 0, axis, r, model.motion.velocity(axis, far.v[axis], now - far.t))
-    call_rule(rules.rule, rules.units[0], rules.told[0])
+    rules.rule.call_rule(rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)

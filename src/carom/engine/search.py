@@ -7,20 +7,19 @@ import numpy as np
 from carom.compiling.lanes import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
 from carom.compiling.registry import Questions, fast
 from carom.engine.pair_steps import step_of
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import step_core_square
 
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
 NO_REF = -1
-"""No word: nothing is left out of a search."""
+"""No ref: nothing is left out of a search."""
 
 
 @fast
-def nearest(model, state, i, now, refs, start_index, count, block_half, avoided):
-    """Return the word of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
+def earliest(model, state, i, now, refs, start_index, count, block_half, avoided):
+    """Return the ref of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
 
     The time has 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
     the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized.
@@ -54,14 +53,14 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
                 )
                 eligible = block[2 * dimension + 1, k] >= now + t
                 eligible &= ref != avoided
-                eligible &= number < size  # what follows the last candidate is somebody's word, but not i's
+                eligible &= number < size  # what follows the last candidate is somebody's ref, but not i's
                 t = t if eligible else NEVER
                 key = (np.float64(t).view(np.int64) & ~(WIDTH - 1)) | number
                 keys[k] = min(keys[k], key)
-        earliest = least(keys)
-        if earliest < best:
-            best = earliest
-            chosen = refs[start_index + start + (earliest & (WIDTH - 1))]
+        first = least(keys)
+        if first < best:
+            best = first
+            chosen = refs[start_index + start + (first & (WIDTH - 1))]
     return chosen, (best & ~(WIDTH - 1)).view(np.float64)
 
 
@@ -138,7 +137,7 @@ class FarSteps(Timing):
     def contact_time(self, model, state, i, ref, now, t):
         event_time, clamped = Timing.contact_time(self, model, state, i, ref, now, t)
         rr, rv, vv = relative(model, state, i, ref, now)
-        core = step_core_square(model.pair, step_of(model.boundary, ref))
+        core = model.pair.step_core_square(step_of(model.boundary, ref))
         falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
         if falls & (core < self.nearness * rr):
             # Two diameters of flight before the contact.

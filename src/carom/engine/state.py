@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.engine.constants import LAMBDA
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 # What the clock of a run holds. Times are relative to the epoch, whose length is a power of two.
 CLOCK = np.dtype([("epoch", "i8"), ("now", "f8"), ("length", "f8")])
@@ -23,11 +23,11 @@ class State(NamedTuple):
     """All components."""
 
     rows: Any
-    """Old event, fields x (d), t, v (d), and ``event_time`` of the new one; n + 1 rows, the last one a ghost
+    """Old event, fields x (d), t, v (d), and ``event_time`` of the new one; n + 1 rows, the last one padding
     that nobody meets.
     """
     partner: np.ndarray
-    """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
+    """Partner of the new event, (n,) int32: a ref, or LAMBDA for an advancement or no event."""
     crossing_time: np.ndarray
     """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
     images: np.ndarray | None

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from carom.densities import unit_ball_volume
+from carom.models import model_checks
+from carom.models.interfaces.contact import Impact
+from carom.models.interfaces.interaction import Interaction
+from carom.models.interfaces.motion import Motion
+from carom.models.interfaces.particles import Particles
 from carom.models.motions.shear import LISTED_STRAIN, Shear
-from carom.models.questions.contact import Impact
-from carom.models.questions.interaction import Interaction
-from carom.models.questions.motion import Motion
-from carom.models.questions.particles import Particles
 from carom.units import TimeUnit
 
 
@@ -33,7 +34,7 @@ class System:
     unit: TimeUnit = TimeUnit()  # noqa: RUF009 (a NamedTuple does not change)
     radii: np.ndarray | None = None  # (n,), where they differ or grow
     masses: np.ndarray | None = None  # (n,), where they differ
-    kinds: np.ndarray | None = None  # (n,) int64, species 0 to K - 1
+    species: np.ndarray | None = None  # (n,) int64, 0 to K - 1
     contact: np.ndarray | None = None  # (K, K) [length], where not the sums of the radii
     rates: np.ndarray | None = None  # (n,), radius gained a time
     by_radii: bool = True
@@ -99,6 +100,11 @@ class System:
         return self.straight or isinstance(self.motion, Shear)
 
     @property
+    def bounded(self) -> bool:
+        """Whether the acceleration of components between two events has a bound, which lists can use."""
+        return model_checks.answers("bend", self.motion.model(self.particles))
+
+    @property
     def stepped(self) -> bool:
         """Whether pairs have steps (:mod:`carom.engine.pair_steps`)."""
         return hasattr(self.interaction, "steps")
@@ -129,7 +135,7 @@ class System:
             self.box,
             np.broadcast_to(0.5 * self.diameter, self.n) if radii is None else radii,
             np.broadcast_to(self.mass, self.n) if masses is None else masses,
-            self.kinds,
+            self.species,
             self.rates,
             radii is None,
             self.unit,
@@ -148,12 +154,12 @@ class System:
         """Radii whose sums are no smaller than any distance of contact, (n,), or None where all are equal."""
         if not self.by_radii:
             return None
-        if self.radii is None or self.contact is None or self.kinds is None:
+        if self.radii is None or self.contact is None or self.species is None:
             return self.radii
         core = np.zeros(len(self.contact))
-        core[self.kinds] = self.radii
+        core[self.species] = self.radii
         # An empty species has no radius, and nobody touches it.
-        occur = np.ix_(*[np.unique(self.kinds)] * 2)
+        occur = np.ix_(*[np.unique(self.species)] * 2)
         sums = core[:, None] + core[None, :]
         return self.radii * max(1.0, float((self.contact[occur] / sums[occur]).max()))
 
@@ -181,9 +187,9 @@ class System:
         return self.diameter if self.radii is None else 2.0 * float(self.radii.min())
 
     @property
-    def nearest(self) -> float:
+    def smallest_contact(self) -> float:
         """The smallest distance of contact [length]: that of two of the smallest, or one of ``contact``."""
-        if self.contact is None or self.kinds is None:
+        if self.contact is None or self.species is None:
             return self.smallest
-        occur = np.unique(self.kinds)
+        occur = np.unique(self.species)
         return min(self.smallest, float(self.contact[np.ix_(occur, occur)].min()))

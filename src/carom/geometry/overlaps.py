@@ -20,9 +20,9 @@ from carom.geometry.contacts import Contacts
 from carom.geometry.nearby import near_pairs
 from carom.models.obstacles import Obstacle, Wall, checked, named_walls
 from carom.models.obstacles.cells import CROWD_FROM, together
-from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.with_properties import Dressed
 
 #: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
 ENGINE_OVERLAP = 1e-12

@@ -25,6 +25,8 @@ _WIDTHS = {
     "kind": 1,
 }
 """Words, at most, of the columns that are read."""
+_NUMBERS = ("pos", "velo", "images", "angular_velocity", "masses", "radius")
+"""Those of numbers."""
 _KEYS = ("Lattice", "Properties", "pbc", "Origin", "time", "step", "dimension")
 """Keys of the second line that are read; other programs write some of them in other letters."""
 # The key begins a word: otherwise a line of letters would be tried from each of them.
@@ -115,6 +117,8 @@ def layout_of(info: Mapping[str, str]) -> tuple[list[Column], int]:
                 f"Properties announces {count} columns of kind {kind} for '{name}'; expected 1 to {most} "
                 "of R, I, S or L"
             )
+        if name in _NUMBERS and kind not in ("R", "I"):
+            raise ValueError(f"Properties announces '{name}' of kind {kind}; expected R, real numbers")
         if any(column.name == name for column in result):
             raise ValueError(f"Properties announces the columns '{name}' twice")
         result.append(Column(name, kind, slice(at, at + width)))

@@ -25,16 +25,9 @@ from carom.io.formats import (
     nameless,
 )
 from carom.io.locks import under_way
+from carom.layout import FRAMES, STATES
 from carom.paths import PARSE_ERRORS, existing, writable
 from carom.texts import typed
-
-FRAMES = (
-    "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
-)  # fmt: skip
-"""Trajectories in the folder of a run or of a packing; the first that exists is read."""
-
-STATES = ("checkpoint.h5", "compression.h5")
-"""Checkpoints in the folder of a run and of a packing, which `carom resume` continues."""
 
 
 def trajectory_of(path: str | os.PathLike[str]) -> Path:

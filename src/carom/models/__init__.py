@@ -4,7 +4,7 @@
 value that users write, in one file with the type that the engine compiles for it. A model of one's own
 imports all that it needs from ``carom.models.own``.
 
-No model imports the engine. What the engine asks of models is in ``questions``, and what several of
+No model imports the engine. What the engine asks of models is in ``interfaces``, and what several of
 them compute with in ``mathematics``.
 """
 
@@ -108,7 +108,7 @@ __all__ = list(_SHELF)
 
 
 def __getattr__(name: str) -> Any:
-    from carom.meant import corrected, nearest
+    from carom.suggestions import corrected, nearest
 
     if name in _SHELF:
         found = getattr(importlib.import_module(f"carom.models.{_SHELF[name]}"), name)

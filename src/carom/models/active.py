@@ -14,11 +14,11 @@ import numpy as np
 from carom import checks, seeds
 from carom.declared import SEED, word
 from carom.errors import InputError
+from carom.models.declared_values import ABOVE
 from carom.models.drives import Bath, DriveModel, Noise, Temperatures, by_species, of_each
-from carom.models.fields import ABOVE
+from carom.models.interfaces.memory import kept, parameter
+from carom.models.interfaces.particles import Particles
 from carom.models.mathematics.counter_random import normal, uniform
-from carom.models.questions.memory import kept, parameter
-from carom.models.questions.particles import Particles
 
 KINDS = ("diffusion", "tumble")
 

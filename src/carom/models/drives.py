@@ -1,8 +1,8 @@
 """Drives: events of one component at times of its own, which change its velocity. Thermostats and noise.
 
-A drive is a value with a method ``model(particles)``. The model is a ``NamedTuple`` of numbers and of arrays,
-and answers two questions: when component i has its next event (:func:`next_time`), and what happens then
-(:func:`kick`). Both are in the units of the scene. The arrays are the memory of the drive: a run adds to
+A drive is a value with a method ``model(particles)``. The model is a :class:`DriveModel` of numbers and of
+arrays, and answers two questions: when component i has its next event (``next_time``), and what happens then
+(``kick``). Both are in the units of the scene. The arrays are the memory of the drive: a run adds to
 them, and a checkpoint keeps them.
 
 Every drive here replaces a velocity by ``keep v + width normal``. Its events come at times that do not
@@ -23,11 +23,10 @@ from carom import checks, seeds
 from carom.compiling.registry import Questions
 from carom.declared import SEED, Check, number, said, schema_of_several
 from carom.errors import InputError
-from carom.models.fields import ABOVE, Value
+from carom.models.declared_values import ABOVE, Value
+from carom.models.interfaces.memory import kept, parameter
+from carom.models.interfaces.particles import NEVER, Particles, species_count
 from carom.models.mathematics.counter_random import normal, uniform
-from carom.models.questions.memory import kept, parameter
-from carom.models.questions.particles import NEVER, Particles
-from carom.models.species import species_count
 
 
 class Drive(Protocol):
@@ -38,7 +37,7 @@ class Drive(Protocol):
     """
 
     def model(self, particles: Particles) -> Any:
-        """Return the model that the engine compiles: a NamedTuple that answers the questions below."""
+        """Return the model that the engine compiles, a :class:`DriveModel`."""
 
 
 class DriveModel(Questions):

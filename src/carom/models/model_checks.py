@@ -6,32 +6,45 @@ from typing import Any
 
 import numpy as np
 
-from carom import checks, meant
+from carom import checks, suggestions
 from carom.compiling import registry
 from carom.compiling.faults import unknown_part
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
+from carom.models.drives import DriveModel
 from carom.models.files import parameters, tables
 from carom.models.interactions.hard_cores import HardCores
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.memory import remembers
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import Particles
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.own.classes import kind_of
-from carom.models.questions.interaction import interaction_time, jump, record_impulse
-from carom.models.questions.memory import copy_state, remembers, shift_epoch
-from carom.models.questions.particles import Particles
-from carom.models.questions.steps import step_jump, step_time
 
 USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impact": Restitution}
 """The kinds that keywords and files describe."""
 
-REQUIRED: dict[str, tuple[Any, ...]] = {
-    "interaction": (interaction_time, jump),
+REQUIRED: dict[str, tuple[str, ...]] = {
+    "interaction": ("interaction_time", "jump"),
     "motion": ("position", "velocity"),
     "impact": ("transfer",),
     "drive": ("next_time", "kick"),
+    "obstacle": ("encounter", "outward"),
 }
 """The questions that the model of each kind must answer."""
 
-STEPPED: tuple[Any, ...] = (step_time, step_jump)
+BASES: dict[str, type] = {
+    "interaction": PairModel,
+    "motion": MotionModel,
+    "impact": ImpactModel,
+    "drive": DriveModel,
+    "obstacle": ObstacleModel,
+}
+"""The classes from which models of each kind derive."""
+
+STEPPED: tuple[str, ...] = ("step_time", "step_jump")
 """The questions that the model of an interaction with steps must answer, instead of those above."""
 
 METHODS: dict[str, tuple[str, ...]] = {
@@ -76,7 +89,7 @@ def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
     made = is_own(value) and type(value).__module__ not in ("builtins", "numpy")
     given = [each for each in dir(value) if made and not each.startswith("_")]
-    similar = meant.nearest(name, given)
+    similar = suggestions.nearest(name, given)
     return f"has no {name}" + (f", but {similar}" if similar else "")
 
 
@@ -85,14 +98,13 @@ def made(value: Any, particles: Particles) -> Any:
     model = value.model(particles)
     if model is None:
         raise InputError(
-            f"model(particles) of {type(value).__name__} returns None; expected a NamedTuple: end it with "
-            "return."
+            f"model(particles) of {type(value).__name__} returns None; expected a model: end it with return."
         )
     return model
 
 
 def compilable(kind: str, model: Any) -> Any:
-    """Return a model that is a NamedTuple of what the compiler knows."""
+    """Return a model that is a named tuple of what the compiler knows."""
     wanted = "expected a number, an array of numbers, None, or a tuple of these"
     if not hasattr(model, "_fields"):
         raise InputError(f"The model of the {kind} is {checks.describe(model)}; expected a NamedTuple.")
@@ -112,13 +124,18 @@ def answered(kind: str, model: Any) -> Any:
     """Return a model that can be compiled, all of whose required questions are answered."""
     if model is not None:
         compilable(kind, model)
-    has_steps = kind == "interaction" and registry.answers(step_time, type(model))
-    for question in STEPPED if has_steps else REQUIRED[kind]:
+    what, name = kind.split()[0], type(model).__name__
+    base = BASES[what]
+    if model is not None and not isinstance(model, base):
+        raise InputError(
+            f"The model of the {kind} is of the class {name}, which does not derive from {base.__module__}."
+            f"{base.__name__}: let it do so, or write one class with own.{what} (docs/models.md)."
+        )
+    has_steps = what == "interaction" and registry.answers("step_time", type(model))
+    for question in STEPPED if has_steps else REQUIRED[what]:
         if not registry.answers(question, type(model)):
-            asked = getattr(question, "__name__", question)
             raise InputError(
-                f"The {kind} {type(model).__name__} does not answer {asked}: give it that method "
-                "(docs/models.md)."
+                f"The {kind} {name} does not answer {question}: give it that method (docs/models.md)."
             )
     return model
 
@@ -138,8 +155,8 @@ def check_copy_state(system: Any) -> None:
     """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
     own = [value for value in (system.interaction, system.impact) if is_own(value)]
     for model in (*(value.model(system.particles) for value in own), *system.obstacle_models):
-        known = remembers(model) or answers(copy_state, model)
-        asked = any(answers(question, model) for question in (shift_epoch, record_impulse))
+        known = remembers(model) or answers("copy_state", model)
+        asked = any(answers(question, model) for question in ("shift_epoch", "record_impulse"))
         if is_own(model) and asked and not known:
             raise InputError(
                 f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "

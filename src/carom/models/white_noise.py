@@ -11,11 +11,11 @@ import numpy as np
 from carom import seeds
 from carom.declared import SEED, switch
 from carom.errors import InputError
+from carom.models.declared_values import ABOVE, Value
 from carom.models.drives import DriveModel, Noise, noise_of
-from carom.models.fields import ABOVE, Value
+from carom.models.interfaces.memory import kept, parameter
+from carom.models.interfaces.particles import Particles
 from carom.models.mathematics.counter_random import normal, uniform
-from carom.models.questions.memory import kept, parameter
-from carom.models.questions.particles import Particles
 
 
 class PairNoise(DriveModel):

@@ -24,10 +24,10 @@ from carom.frame import Frame
 from carom.geometry.neighbors import Bonds, nearest, pairs_within, within
 from carom.geometry.overlaps import Geometry, geometry_of_frame
 from carom.geometry.tessellation import voronoi_bonds
-from carom.meant import corrected
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.results import Binned
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,11 +17,11 @@ from carom.errors import InputError
 from carom.figures.palette import INK, PALE
 from carom.frame import Frame
 from carom.geometry.overlaps import geometry_of_frame
-from carom.meant import corrected
 from carom.observables.bond_order import BondOrder, orders_of
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
+from carom.suggestions import corrected
 from carom.texts import counted
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.palette import INK
 from carom.frame import Frame
-from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Binned
+from carom.suggestions import corrected
 from carom.texts import axis_name, counted
 
 if TYPE_CHECKING:

@@ -20,13 +20,13 @@ from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.palette import WARM
 from carom.frame import Frame
-from carom.meant import corrected
 from carom.observables.analysis.self_diffusion import NO_LINE, Line, line_of
 from carom.observables.analysis.waves import Waves
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.results import Result
 from carom.scene import velocities as scene_velocities
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,10 +11,10 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
-from carom.meant import corrected
 from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.scene.velocities import degrees_of_freedom
+from carom.suggestions import corrected
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -32,8 +32,9 @@ class Energy(OfBlocks["EnergyResult"]):
     -----
     The mean potential energy over a block is exact where the total energy is conserved and contacts are all
     that changes kT: it is the total energy less the integral of the kinetic one. In a field it is the mean of
-    both ends of the block. Without any collision of pairs, a constant energy has an infinite error: nothing
-    is known. Without steps and fields it is zero.
+    both ends of the block. Where energy is lost, as on hysteretic steps, the total is the mean of both ends:
+    not exact in blocks in which it decays much, so take many. Without any collision of pairs, a constant
+    energy has an infinite error: nothing is known. Without steps and fields it is zero.
 
     The kinetic energy is that about the motion of the center of mass: half of kT for each degree of freedom.
 

@@ -10,9 +10,9 @@ import numpy as np
 from carom.figures import curves
 from carom.figures.palette import GRAY
 from carom.figures.style import shade
-from carom.meant import corrected
 from carom.observables.statistics import Estimate, arrays, ratio, unwarned
 from carom.results import Binned, Result
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

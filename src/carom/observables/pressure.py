@@ -15,13 +15,13 @@ from carom.errors import InputError, warn
 from carom.figures import curves
 from carom.figures.palette import INK, PALE, THEORIES
 from carom.figures.style import state
-from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.observables.analysis.drifting_kT import Course
 from carom.observables.of_blocks import OneNumber
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
-from carom.scene.fields import is_elastic, is_simple
+from carom.scene.fields import is_elastic, is_simple, standing
 from carom.scene.velocities import kept_by_motion
+from carom.suggestions import corrected
 from carom.texts import counted, html, label as label_of
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ class Pressure:
             packing_fraction=scene.packing_fraction,
             simple=is_simple(scene),
             exchanges=_keeps_its_temperature(scene),
+            heated=_is_heated(scene),
             source=_source(scene),
         )
 
@@ -96,6 +97,7 @@ class Pressure:
         packing_fraction: float | None = None,
         simple: bool = True,
         exchanges: bool = False,
+        heated: bool = False,
         source: str = Course.source,
     ) -> PressureResult:
         """Pressure of n particles in a periodic box.
@@ -123,6 +125,8 @@ class Pressure:
         exchanges : bool
             Whether kT changes in exchange with a potential energy (``carom.models``), and not
             because contacts lose energy.
+        heated : bool
+            Whether a drive or a surface makes up for what is lost, so that kT fluctuates.
         source : str
             What changes the energy otherwise, with its verb, for the note.
 
@@ -156,7 +160,8 @@ class Pressure:
         constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time, and the
         packing fraction is averaged in the same way. The contact value is the average of g(sigma+) with the
         weight kT times packing fraction of each block. Errors exclude the trend along the stretch, a cubic in
-        time.
+        time. Where kT fluctuates, that of P holds its scatter. In a gas that only cools P is Z times the mean
+        kT, and its error that of Z.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):
@@ -166,17 +171,18 @@ class Pressure:
         if packing_fraction is None:
             packing_fraction = n * theory.ball_volume(dimension, diameter) / volume
         kept = [block for block in blocks if block.duration > 0.0]
-        if n == 1:
-            z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
-            times = [block.duration for block in kept]
-            return PressureResult(
-                z, rate, Estimate.exact(diameter**dimension / volume), UNKNOWN, z, n, dimension,
-                packing_fraction, tuple(times), (1.0,) * len(times), simple, kT, Estimate.exact(kT / volume),
-            )  # fmt: skip
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
         course = Course.of(kept, kT, packing_fraction, diameter**dimension, exchanges, source)
         durations, kT, simple = course.durations, course.kT, simple and course.equal
+        if n == 1:
+            z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
+            return PressureResult(
+                z, rate, Estimate.exact(diameter**dimension / volume), UNKNOWN, z, n, dimension,
+                packing_fraction, tuple(durations.tolist()), (1.0,) * len(kept), simple, kT,
+                (course.pressure(np.zeros(len(kept))) if course.changes else z).scaled(kT / volume),
+                course.note,
+            )  # fmt: skip
         virials = np.array([block.virial for block in kept])
         collisions = np.array([float(block.collisions) for block in kept])
         scale = dimension * n * kT
@@ -184,9 +190,12 @@ class Pressure:
             count = _of_events(course.average(collisions, durations), collisions)
             paced = _of_events(course.rate(collisions, dimension), collisions)
             contact = _of_events(course.contact(virials / scale), collisions)
+            pressure = course.pressure(virials / scale)
         excess = _of_events(course.excess(virials / scale), collisions)
         _warn_few_collisions(int(collisions.sum()))
         z = excess.scaled(1.0, offset=1.0)
+        steady = course.changes and (heated or not course.cools)
+        over_time = pressure if steady and collisions.any() else z
         rate = count.scaled(2.0 / n)
         size = diameter if not course.grows else course.cube ** (1.0 / dimension)
         per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=size, mass=mass, kT=kT)
@@ -206,7 +215,7 @@ class Pressure:
             block_values=tuple((1.0 + virials / (scale * course.heat * durations)).tolist()),
             simple=simple,
             kT=kT,
-            pressure=z.scaled(n * kT / volume),
+            pressure=over_time.scaled(n * kT / volume),
             note=course.note,
             steady=not course.grows,
         )
@@ -245,7 +254,7 @@ class PressureResult(OneNumber):
     kT : float
         Temperature; its average over time if contacts change it [energy].
     pressure : Estimate
-        P, averaged over time in the same way [energy / length^d].
+        P, averaged over time; where kT fluctuates, its error has that of kT [energy / length^d].
     note : str
         A sentence on the meaning of Z and P if kT or diameters change; else empty.
     steady : bool
@@ -382,6 +391,14 @@ def _keeps_its_temperature(scene: Scene) -> bool:
     """Tell whether kT only fluctuates: by exchange of energy, or as a sheared stream makes up for losses."""
     stepped, sheared = hasattr(scene.interaction, "steps"), isinstance(scene.motion, Shear)
     return stepped or sheared or bool(getattr(scene.impact, "conserves_energy", False))
+
+
+def _is_heated(scene: Scene) -> bool:
+    """Tell whether a drive, or a surface that moves or is hot, gives energy to the particles."""
+    return scene.drive is not None or any(
+        getattr(each, "kT", None) is not None or getattr(each, "fastest", 0.0) > 0.0
+        for each in standing(scene)
+    )
 
 
 def _source(scene: Scene) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.style import shade
-from carom.meant import corrected
+from carom.models.interfaces.observer import ObserverModel
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
-from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
 from carom.observables.statistics import shown, unwarned
 from carom.results import Binned
+from carom.suggestions import corrected
 from carom.texts import axis_name, counted
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
-class LayerFlux(NamedTuple):
+class LayerFlux(ObserverModel):
     """What flights and events of a stretch add to the pressure tensor of layers: an observer of events."""
 
     axis: int  # the axis along which layers follow each other
@@ -38,7 +38,6 @@ class LayerFlux(NamedTuple):
     wraps: bool  # whether the box is periodic along it
     g: np.ndarray  # acceleration of all particles, (d,) [length / time^2]
     masses: np.ndarray  # of each particle, (n,) [mass]
-    radii: np.ndarray  # of each particle, (n,) [length]
     drift: np.ndarray
     """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
     x: np.ndarray  # where along the axis each particle began its flight, (n,) [length]
@@ -51,6 +50,25 @@ class LayerFlux(NamedTuple):
     """Sum of ``r_a dp_b`` over events of pairs, by the part of r in each layer, (b, d, d) [energy time]."""
     pushed: np.ndarray
     """The same over contacts with walls and obstacles, with r from their surface to the center."""
+
+    def at_pair(self, event):
+        """Add a collision."""
+        flux, axis = self, self.axis
+        for which in range(2):
+            i = event.i if which == 0 else event.j
+            fly(flux, i, event.time)
+            set_out(flux, i, event.x[which, axis], event.after[which], event.time)
+        impulse = flux.masses[event.j], event.before[1], event.after[1]
+        hand_over(flux, flux.virial, event.x[0, axis], (1.0, event.r), impulse)
+
+    def at_obstacle(self, event):
+        """Add a contact with a wall or an obstacle."""
+        flux, axis = self, self.axis
+        fly(flux, event.i, event.time)
+        set_out(flux, event.i, event.x[axis], event.after, event.time)
+        impulse = flux.masses[event.i], event.before, event.after
+        surface = event.x[axis] - event.radius * event.normal[axis]
+        hand_over(flux, flux.pushed, surface, (event.radius, event.normal), impulse)
 
 
 def layer(flux, k):
@@ -163,27 +181,6 @@ def hand_over(flux, virial, x, along, impulse):
         passed = part
         k += np.int64(way)
     add(flux, virial, k, 1.0 - passed, along, impulse)
-
-
-@at_pair.register
-def _(observer: LayerFlux, event):
-    flux, axis = observer, observer.axis
-    for which in range(2):
-        i = event.i if which == 0 else event.j
-        fly(flux, i, event.time)
-        set_out(flux, i, event.x[which, axis], event.after[which], event.time)
-    impulse = flux.masses[event.j], event.before[1], event.after[1]
-    hand_over(flux, flux.virial, event.x[0, axis], (1.0, event.r), impulse)
-
-
-@at_obstacle.register
-def _(observer: LayerFlux, event):
-    flux, axis = observer, observer.axis
-    fly(flux, event.i, event.time)
-    set_out(flux, event.i, event.x[axis], event.after, event.time)
-    radius = flux.radii[event.i]
-    impulse = flux.masses[event.i], event.before, event.after
-    hand_over(flux, flux.pushed, event.x[axis] - radius * event.normal[axis], (radius, event.normal), impulse)
 
 
 def catch_up(flux, now):
@@ -301,7 +298,6 @@ class LayerSums:
             wraps=bool(scene.periodic[axis]),
             g=np.array(_field(scene), np.float64),
             masses=scene.masses,
-            radii=0.5 * scene.diameters,
             drift=drift_of(scene, frame.velocities),
             x=frame.positions[:, axis].copy(),
             v=frame.velocities.copy(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.palette import GRAY, INK, WARM
-from carom.meant import corrected
+from carom.models.interfaces.observer import ObserverModel
 from carom.models.motions.shear import Shear
-from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure import without_pressure
 from carom.observables.statistics import Estimate, arrays, ratio, shown
 from carom.results import Result
 from carom.scene.velocities import conserved, degrees_of_freedom, peculiar
+from carom.suggestions import corrected
 from carom.texts import axis_name, counted
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
-class MomentumObserver(NamedTuple):
+class MomentumObserver(ObserverModel):
     """What the events of a stretch add to the pressure tensor: an observer of events."""
 
     masses: np.ndarray  # of each particle, (n,) [mass]
@@ -38,37 +38,36 @@ class MomentumObserver(NamedTuple):
     change: np.ndarray  # sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]
     moment: np.ndarray  # sum of these changes times the time since the origin, (d, d) [energy time]
 
+    def at_pair(self, event):
+        """Add a collision."""
+        later = event.time - self.origin
+        mi, mj = self.masses[event.i], self.masses[event.j]
+        for a in range(len(event.r)):
+            for b in range(len(event.r)):
+                u, w = self.drift[a], self.drift[b]
+                gained = mi * (
+                    (event.after[0, a] - u) * (event.after[0, b] - w)
+                    - (event.before[0, a] - u) * (event.before[0, b] - w)
+                ) + mj * (
+                    (event.after[1, a] - u) * (event.after[1, b] - w)
+                    - (event.before[1, a] - u) * (event.before[1, b] - w)
+                )
+                self.change[a, b] += gained
+                self.moment[a, b] += gained * later
+                self.virial[a, b] += event.r[a] * mj * (event.after[1, b] - event.before[1, b])
 
-@at_pair.register
-def _(observer: MomentumObserver, event):
-    later = event.time - observer.origin
-    mi, mj = observer.masses[event.i], observer.masses[event.j]
-    for a in range(len(event.r)):
-        for b in range(len(event.r)):
-            u, w = observer.drift[a], observer.drift[b]
-            gained = mi * (
-                (event.after[0, a] - u) * (event.after[0, b] - w)
-                - (event.before[0, a] - u) * (event.before[0, b] - w)
-            ) + mj * (
-                (event.after[1, a] - u) * (event.after[1, b] - w)
-                - (event.before[1, a] - u) * (event.before[1, b] - w)
-            )
-            observer.change[a, b] += gained
-            observer.moment[a, b] += gained * later
-            observer.virial[a, b] += event.r[a] * mj * (event.after[1, b] - event.before[1, b])
-
-
-@at_obstacle.register
-def _(observer: MomentumObserver, event):
-    later = event.time - observer.origin
-    for a in range(len(event.x)):
-        for b in range(len(event.x)):
-            u, w = observer.drift[a], observer.drift[b]
-            gained = observer.masses[event.i] * (
-                (event.after[a] - u) * (event.after[b] - w) - (event.before[a] - u) * (event.before[b] - w)
-            )
-            observer.change[a, b] += gained
-            observer.moment[a, b] += gained * later
+    def at_obstacle(self, event):
+        """Add a contact with a wall or an obstacle."""
+        later = event.time - self.origin
+        for a in range(len(event.x)):
+            for b in range(len(event.x)):
+                u, w = self.drift[a], self.drift[b]
+                gained = self.masses[event.i] * (
+                    (event.after[a] - u) * (event.after[b] - w)
+                    - (event.before[a] - u) * (event.before[b] - w)
+                )
+                self.change[a, b] += gained
+                self.moment[a, b] += gained * later
 
 
 @corrected()
@@ -213,10 +212,10 @@ class StreamTensor:
         durations = np.array([block.duration for block in self._blocks])
         parts = [block.momentum_flux for block in self._blocks if block.momentum_flux is not None]
         carried, handed_over = (np.array(each) for each in zip(*parts, strict=True))
-        n, motion = self._scene.n, self._scene.motion
+        scene, motion = self._scene, self._scene.motion
         assert isinstance(motion, Shear)
         rate = 0.0 if motion.period else motion.rate
-        return _averaged(self._scene, durations, carried * (n / (n - 1.0)), handed_over, rate)
+        return _averaged(scene, durations, carried * about_center(scene), handed_over, rate)
 
 
 def _averaged(

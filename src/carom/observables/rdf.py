@@ -21,7 +21,6 @@ from carom.figures import curves
 from carom.figures.palette import INK, WARM
 from carom.figures.style import TOP, shade, state
 from carom.frame import Frame
-from carom.meant import corrected
 from carom.observables.analysis.contact_extrapolation import contact_value
 from carom.observables.analysis.pair_counts import counts_of
 from carom.observables.of_frames import OfFrames, count_pairs, species_pair
@@ -29,6 +28,7 @@ from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking, shown
 from carom.results import Binned, Result, from_dict
 from carom.scene.fields import is_equal
 from carom.scene.species import pair_name
+from carom.suggestions import corrected
 from carom.texts import counted, label as label_of, visible
 from carom.theory import ball_volume
 

@@ -14,10 +14,11 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.palette import SERIES
-from carom.meant import corrected
 from carom.models.motions.shear import STAGES, Shear
+from carom.observables.pressure_tensor import about_center
 from carom.observables.statistics import Estimate, FewSamples, blocking, unwarned
 from carom.results import Result
+from carom.suggestions import corrected
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -93,8 +94,8 @@ class ModuliSums:
         self._time += block.duration
         flux = block.momentum_flux
         assert flux is not None
-        passed = flux.carried[1, 0] * scene.n / (scene.n - 1.0) + flux.handed_over[1, 0]
-        self._stresses.append(-float(passed) / (scene.volume * block.duration))
+        passed = flux.carried * about_center(scene) + flux.handed_over
+        self._stresses.append(-float(passed[1, 0]) / (scene.volume * block.duration))
 
     def result(self) -> ShearModuliResult:
         """Return the moduli with their errors."""

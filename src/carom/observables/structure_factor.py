@@ -14,11 +14,11 @@ from carom.figures import curves
 from carom.figures.palette import INK
 from carom.frame import Frame
 from carom.geometry.overlaps import geometry_of_frame
-from carom.meant import corrected
 from carom.observables.analysis.waves import Waves
 from carom.observables.of_frames import OfFrames, species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
+from carom.suggestions import corrected
 from carom.texts import counted
 
 if TYPE_CHECKING:

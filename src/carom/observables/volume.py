@@ -12,9 +12,9 @@ import numpy as np
 from carom.arithmetic import dot
 from carom.block import Block
 from carom.errors import InputError
-from carom.meant import corrected
 from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio
+from carom.suggestions import corrected
 from carom.texts import counted
 
 if TYPE_CHECKING:

@@ -12,14 +12,14 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.meant import corrected
+from carom.models.obstacles.box_walls import sides
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, walls
-from carom.models.obstacles.wall_names import sides
 from carom.observables.analysis.surface_changes import freed, place_of
 from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio
 from carom.scene.fields import standing
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene

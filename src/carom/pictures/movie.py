@@ -22,7 +22,7 @@ from carom.figures.palette import FACES, SEQUENTIAL, colors_of, rgb
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader, trajectory_of
-from carom.models.questions.obstacle import Obstacle
+from carom.models.interfaces.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
 from carom.paths import replacing, writing

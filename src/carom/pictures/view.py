@@ -17,12 +17,13 @@ from carom.frame import Frame
 from carom.io import records
 from carom.io.events import is_log
 from carom.io.formats import Reader
-from carom.io.trajectory import FRAMES, open_reader
+from carom.io.trajectory import open_reader
+from carom.layout import FRAMES, STATES, SUMMARY, scene_at
 from carom.models.drives import Drive
-from carom.models.questions.contact import Impact
-from carom.models.questions.interaction import Interaction
-from carom.models.questions.motion import Motion
-from carom.models.questions.obstacle import Obstacle
+from carom.models.interfaces.contact import Impact
+from carom.models.interfaces.interaction import Interaction
+from carom.models.interfaces.motion import Motion
+from carom.models.interfaces.obstacle import Obstacle
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
@@ -162,7 +163,7 @@ def _of_path(
         if straight or not others:
             measured = _measured_from(path)
             begin = measured if times[0] is None else times[0]
-            run.advance_to(begin)
+            run.advance_to(begin, logged=True)
             if straight:
                 data = viewdata.of_replay(run, limit, times[1])
             else:
@@ -216,7 +217,7 @@ def _measured_from(log: Path) -> float:
     Its frames are taken at equal intervals, the first one interval after the beginning.
     """
     for path in (log.parent / name for name in FRAMES):
-        if path.exists() and (log.parent / "scene.toml").exists():
+        if path.exists() and scene_at(log):
             with open_reader(path) as reader:
                 if len(reader) > 1:
                     return max(2.0 * reader[0].time - reader[1].time, 0.0)
@@ -231,12 +232,11 @@ def _title(path: Path) -> str:
 
 def rules_beside(source: Path) -> Interaction | None:
     """Return the range rules that the scene file in or next to ``source`` names; this runs their code."""
-    folder = source if source.is_dir() else source.parent
-    if not (folder / "scene.toml").exists():
+    if (file := scene_at(source)) is None:
         return None
     from carom.scene_file.scene_file import SceneFile
 
-    return SceneFile.load(folder / "scene.toml").trusted().scene.own().get("interaction")
+    return SceneFile.load(file).trusted().scene.own().get("interaction")
 
 
 def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
@@ -245,10 +245,10 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     A scene file alone is a plan of some run, of which this trajectory need not be.
     """
     folder = trajectory.parent
-    if trajectory.stem == "packing" and (folder / "summary.json").exists():
-        return _of_packing(folder / "summary.json", frame)
-    plan = folder / "scene.toml"
-    if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
+    summary, plan = folder / SUMMARY, scene_at(trajectory)
+    if trajectory.stem == "packing" and summary.exists():
+        return _of_packing(summary, frame)
+    if plan is None or not (summary.exists() or (folder / STATES[0]).exists()):
         return ()
     from carom.models.obstacles import checked
     from carom.scene_file.scene_file import SceneFile
@@ -258,7 +258,7 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     except CaromError as error:
         warn(f"Obstacles of the run are not drawn: {error}")
         return ()
-    box = _box_of(folder / "summary.json") or scene.box
+    box = _box_of(summary) or scene.box
     # Some formats keep six digits.
     if box is not None and not (len(box) == frame.dimension and np.allclose(box, frame.box, rtol=1e-5)):
         return ()

@@ -53,7 +53,7 @@ def follow(
     box : tuple of d floats
         Edges [length].
     interaction_time, jump, position, velocity, transfer : callables
-        The questions of ``carom.models.questions``, without the model: ``interaction_time(i, j, rr, rv,
+        The questions of ``carom.models.interfaces``, without the model: ``interaction_time(i, j, rr, rv,
         vv)``, ``jump(i, j, rr, rv)``, ``position(axis, x, v, t)``, ``velocity(axis, v, t)`` and
         ``transfer(rr, rv)``.
 

@@ -12,7 +12,6 @@ from carom.geometry import overlaps
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import Geometry
 from carom.models.contacts.rough import Rough, spin_axes
-from carom.models.questions.obstacle import is_periodic
 from carom.texts import axis_name
 
 
@@ -62,7 +61,7 @@ def refuse_tight(room: Geometry, diameters: np.ndarray) -> None:
     for container in room.obstacles:
         spread = _asked(container, "spread")
         widths = None if spread is None else spread()
-        if widths is not None and is_periodic(container.model()):
+        if widths is not None and container.model().is_periodic():
             for axis in np.flatnonzero(room.periodic):
                 wide, edge = float(widths[axis]), float(room.box[axis])
                 if wide + largest > edge:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from carom.models.contacts.restitution import Restitution
+from carom.models.interfaces.particles import species_count
+from carom.models.obstacles.box_walls import wall_name
 from carom.models.obstacles.faces import stand_ins
-from carom.models.obstacles.wall_names import wall_name
-from carom.models.species import species_count
 from carom.scene.fields import Fields, is_elastic, standing
 from carom.texts import axis_name, html, particles, span, visible
 

@@ -13,12 +13,12 @@ from carom.geometry.overlaps import Geometry
 from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.interactions.pinned import Pinned
+from carom.models.interfaces.contact import Impact
+from carom.models.interfaces.interaction import Interaction
+from carom.models.interfaces.motion import Motion
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, Wall
-from carom.models.obstacles.dressing import Dressed
-from carom.models.questions.contact import Impact
-from carom.models.questions.interaction import Interaction
-from carom.models.questions.motion import Motion
+from carom.models.obstacles.with_properties import Dressed
 from carom.scene import box as _box
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from carom import checks, meant
+from carom import checks, suggestions
 from carom.errors import InputError
 from carom.models.obstacles.named_walls import axes_without
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.drives import Drive
+    from carom.models.interfaces.contact import Impact
+    from carom.models.interfaces.interaction import Interaction
+    from carom.models.interfaces.motion import Motion
     from carom.models.obstacles import Obstacle
     from carom.models.obstacles.named_walls import Walls
-    from carom.models.questions.contact import Impact
-    from carom.models.questions.interaction import Interaction
-    from carom.models.questions.motion import Motion
 
 
 class Keywords(TypedDict, total=False):
@@ -59,7 +59,7 @@ def refuse_unknown(maker: str, keywords: Mapping[str, Any], known: Iterable[str]
     names = [*KNOWN, *known]
     for name in {"periodic", "pbc"} & {*keywords} - {*names}:
         raise InputError(f"{maker} has no keyword {name!r}; {_walls_for(keywords[name])}.")
-    meant.refuse_unknown(maker, keywords, names, CALLED, ELSEWHERE)
+    suggestions.refuse_unknown(maker, keywords, names, CALLED, ELSEWHERE)
 
 
 def _walls_for(periodic: Any) -> str:

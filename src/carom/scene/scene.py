@@ -15,12 +15,12 @@ from carom.models import model_checks
 from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned, mask as pinned_mask
+from carom.models.interfaces.contact import Impact
+from carom.models.interfaces.interaction import Interaction
+from carom.models.interfaces.motion import Motion
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, faces, named_walls
-from carom.models.questions.contact import Impact
-from carom.models.questions.interaction import Interaction
-from carom.models.questions.motion import Motion
 from carom.scene import box as _box, checking, conversion, description, species as _species, starts
 from carom.scene.fields import Fields, Maker, first_steps, is_usual
 from carom.scene.keywords import refuse_unknown

@@ -12,7 +12,7 @@ import numpy as np
 from carom import checks
 from carom.configuration import MOST_SPECIES
 from carom.errors import InputError
-from carom.meant import corrected
+from carom.suggestions import corrected
 
 
 @corrected()

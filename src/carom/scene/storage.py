@@ -11,10 +11,10 @@ from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.files import parameters, tables
+from carom.models.interfaces.contact import Impact
+from carom.models.interfaces.interaction import Interaction
+from carom.models.interfaces.motion import Motion
 from carom.models.obstacles import Obstacle
-from carom.models.questions.contact import Impact
-from carom.models.questions.interaction import Interaction
-from carom.models.questions.motion import Motion
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 

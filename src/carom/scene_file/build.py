@@ -12,6 +12,7 @@ import numpy as np
 
 from carom import seeds, sizes
 from carom.errors import InputError
+from carom.frame import Frame
 from carom.scene import lattices
 from carom.scene.storage import MODELS
 from carom.simulation.moves.growth import Scene
@@ -20,7 +21,10 @@ from carom.simulation.moves.growth import Scene
 def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:
     """Return the scene; see :meth:`carom.scene_file.sections.SceneSpec.build`."""
     if asked.file is not None:
-        return _of_frame(asked, seed, kT)
+        from carom.io.trajectory import open_reader
+
+        with open_reader(asked.file, diameter=asked.diameter, box=asked.box) as reader:
+            return of_frame(asked, reader.frame(-1 if asked.frame is None else asked.frame), seed, kT)
     words: dict[str, Any] = {"obstacles": asked.obstacles}
     words |= {
         name: value for name in ("packing_fraction", "density", "walls") if (value := getattr(asked, name))
@@ -42,12 +46,8 @@ def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:
     return scene.replace(**added) if added else scene
 
 
-def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
-    """Return the scene that starts from a frame of a file."""
-    from carom.io.trajectory import open_reader
-
-    with open_reader(asked.file or "", diameter=asked.diameter, box=asked.box) as reader:
-        frame = reader.frame(-1 if asked.frame is None else asked.frame)
+def of_frame(asked: Any, frame: Frame, seed: Any, kT: float | None) -> Scene:
+    """Return the scene that starts from a frame of its file."""
     drawn = kT is not None or "velocities" in frame.lacks
     if drawn:  # a pinned one may have flown in the file
         frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))

@@ -10,7 +10,7 @@ from carom import checks
 from carom.declared import fields_of
 from carom.errors import InputError
 from carom.io.records import toml_key, toml_lines, toml_value
-from carom.models import fields
+from carom.models import declared_values
 from carom.models.files import tables
 from carom.models.obstacles import Obstacle, Wall
 from carom.scene.species import Species
@@ -37,7 +37,7 @@ def plain(value: Any, name: str = "interaction") -> Any:
             )
         return table
     if tables.holds(value):
-        return fields.plain(value)
+        return declared_values.plain(value)
     raise InputError(
         f"[scene] {name} is {checks.describe(value)}, of a class of one's own, which a scene file cannot "
         "hold: run it with carom.Simulation."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks, meant
+from carom import checks, suggestions
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _stop_at(state: RunState, asked: Hit) -> Any:
             found = [numbers[k] for k in places]
         if not found:
             what = f"named {each!r}" if isinstance(each, str) else f"such as this {type(each).__name__}"
-            hint = meant.suggestion(str(each), names) if names else ""
+            hint = suggestions.suggestion(str(each), names) if names else ""
             raise InputError(f"The scene has no obstacle {what}{hint}.")
         wanted[found] = True
     return StopAtHit(wanted, np.array([asked.count]))

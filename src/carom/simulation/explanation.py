@@ -10,6 +10,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.simulation.moves.barostat import checked_barostat
+from carom.simulation.moves.oscillation import refuse_oscillation
 from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
@@ -151,7 +152,9 @@ def explain(
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
     checked_swaps(swaps, scene, system, event_log or None)
-    checked_barostat(barostat, scene, system, swaps=swaps, event_log=event_log)
+    checked_barostat(barostat, scene, system, scene.velocities, swaps=swaps, event_log=event_log)
+    if event_log:
+        refuse_oscillation(scene, "An event log", "leave one of the two out")
     try:
         chosen = choose(system, 1.0, *tuning.requested)
     except ValueError as error:
@@ -186,7 +189,7 @@ def _explanation(
         "diameters of their own": system.radii is None,
         "masses of their own": system.radii is None,
         "a contact matrix": system.contact is None,
-        "species": system.kinds is None,
+        "species": system.species is None,
         "growth": system.rates is None,
         "walls and obstacles": engine.model.obstacles is None,
         "restitution": engine.model.impact is None,

@@ -11,12 +11,12 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
-from carom.models.copies import copied
 from carom.models.files import parameters
+from carom.models.interfaces.memory import copied
+from carom.models.interfaces.observer import ObserverModel
+from carom.models.interfaces.particles import Particles
 from carom.models.own.classes import kind_of
 from carom.models.own.kinds import OBSERVER
-from carom.models.questions.observer import QUESTIONS
-from carom.models.questions.particles import Particles
 from carom.simulation.model_validation.events import try_events
 from carom.simulation.model_validation.setting import in_plain_python
 
@@ -30,7 +30,8 @@ def is_observer(value: Any) -> bool:
     """Tell whether a value is an observer of events."""
     if kind_of(value) is OBSERVER:
         return True
-    return isinstance(value, tuple) and any(model_checks.answers(each, value) for each in QUESTIONS)
+    asked = ("at_pair", "at_obstacle", "at_epoch")
+    return isinstance(value, ObserverModel) and any(model_checks.answers(each, value) for each in asked)
 
 
 def compiled(value: Any, particles: Particles) -> Any:

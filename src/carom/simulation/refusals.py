@@ -10,8 +10,6 @@ from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.contacts.rough import Rough
-from carom.models.mathematics.parabolas import time_to_moving
-from carom.models.questions.obstacle import fall
 from carom.scene.fields import is_elastic, is_simple, standing
 from carom.scene.velocities import Thermal
 from carom.units import TimeUnit
@@ -159,4 +157,4 @@ def _falls(model: Any) -> bool:
     """Tell whether an obstacle is met on parabolas, whatever its surface and however it moves."""
     while hasattr(model, "body"):
         model = model.body
-    return model_checks.answers(fall, model) or model_checks.answers(time_to_moving, model)
+    return model_checks.answers("fall", model) or model_checks.answers("time_to_moving", model)

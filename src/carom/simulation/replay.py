@@ -20,12 +20,10 @@ from typing import Any
 
 import numpy as np
 
-# All answers are registered before the first is compiled, which is that of projecting.
-import carom.engine.cycle
-import carom.engine.domains.logical_process  # noqa: F401
 from carom.engine.build import make_model
-from carom.engine.collisions import collide, new_epoch
+from carom.engine.collisions import collide
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
+from carom.engine.epochs import new_epoch
 from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.observers.event_log import make_log
@@ -37,12 +35,12 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
 from carom.models import model_checks
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 from carom.observables.wall_pressure import obstacle_names
 from carom.scene.scene import Scene
 from carom.scene.storage import from_arrays
 from carom.simulation.clock import Clock
-from carom.simulation.files.logged_words import Words
+from carom.simulation.files.logged_refs import Refs
 from carom.simulation.run_state import frame_of
 from carom.simulation.system_of_scene import system_of, unit_of, with_thresholds
 
@@ -100,10 +98,10 @@ class Replay:
             places = in_lattice(model.motion, positions)
             self._arrays = make_state(places, speeds, self._clock.length, True, np.float64)
             shape = np.array(initial["shape"], dtype=np.int64)
-            self._words = Words(system, scene, model.pair, shape, int(initial["bits"]))
-            self._neighbors: Any = self._words.listed or NeighborScheme()  # which takes notice of nothing
+            self._refs = Refs(system, scene, model.pair, shape, int(initial["bits"]))
+            self._neighbors: Any = self._refs.listed or NeighborScheme()  # which takes notice of nothing
             self._log = make_log(1)
-            self._model = model._replace(boundary=self._words.boundary, observers=chained([self._log]))
+            self._model = model._replace(boundary=self._refs.boundary, observers=chained([self._log]))
             values = (scene.interaction, scene.motion, scene.impact, scene.drive)
             self._own = [type(value).__name__ for value in values if model_checks.is_own(value)]
         except KeyError as missing:
@@ -144,7 +142,7 @@ class Replay:
                 time=unit.to_kernel(events.time, 1), impulse=unit.to_kernel(events.impulse, -1)
             )
             kinds = getattr(events, "kind", None)
-            if (kinds is None) != (self._words.listed is None):
+            if (kinds is None) != (self._refs.listed is None):
                 raise FileError(f"{self._path} cannot be replayed: kinds of events go with pairs on steps.")
             kinds = np.zeros(len(events.time), np.int8) if kinds is None else kinds
             yield from zip(*(column.tolist() for column in (*events[:6], kinds)), strict=True)
@@ -197,7 +195,7 @@ class Replay:
         self._next = next(self._events, None)
         return True
 
-    def advance_to(self, time: float) -> None:
+    def advance_to(self, time: float, *, logged: bool = False) -> None:
         """Process all collisions up to and including a time.
 
         The time of a collision is an epoch and an offset, and need not be a double. Use :meth:`step` to stop
@@ -206,10 +204,17 @@ class Replay:
         After the last collision of the log all particles continue to fly, because the log does not hold the
         length of the run.
 
+        Parameters
+        ----------
+        time : float
+            Time since the start of the run.
+        logged : bool
+            Whether a collision must follow.
+
         Raises
         ------
         InputError
-            If the time is not finite, or lies in the past.
+            If the time is not finite, lies in the past, or must be logged and comes after the last collision.
         FileError
             If a logged impulse does not follow from the states.
         """
@@ -220,6 +225,8 @@ class Replay:
         epoch, offset = self._clock.split(Fraction(float(time)))
         while self._next is not None and self._next[:2] <= (epoch, offset):
             self.step()
+        if logged and self._next is None:
+            raise InputError(f"{self._path} has no collision after t = {time:g}; choose an earlier time.")
         self._enter_epoch(epoch)
         self._clock.offset = offset
 
@@ -240,9 +247,9 @@ class Replay:
         """Process the collision of two particles."""
         model, log = self._model, self._log
         log.used[0] = 0
-        ref = self._words.of(model, self._state, i, j, code, now)
+        ref = self._refs.of(model, self._state, i, j, code, now)
         collide(model, self._state, self._neighbors, self._tally, i, ref, now)
-        if self._words.listed is not None:
+        if self._refs.listed is not None:
             found = int(log.ref[0]) & ((1 << model.boundary.bits) - 1)
             self._compare(found, kind, f"{i} and {j}", "kind")
         self._compare(float(log.impulse[0]), impulse, f"{i} and {j}")
@@ -265,8 +272,8 @@ class Replay:
                     f"{self._path}: the {what} of collision {self._read_so_far} between {components} is "
                     f"logged as {logged!r}, and the states before it give {float(found)!r}, which differs by "
                     f"rounding alone; {' or '.join(self._own)} is computed otherwise by Python than by "
-                    "compiled code: call math.exp, math.expm1, ... and not np.exp, np.expm1, ... in it"
-                    " (docs/models.md)."
+                    "compiled code: write math.exp, ..., math.sqrt(x) and x * x in it, and not np.exp, ..., "
+                    "x**0.5, x**2 and math.hypot (docs/models.md)."
                 )
             raise FileError(
                 f"{self._path}: the {what} of collision {self._read_so_far} between {components} is logged "

@@ -12,7 +12,6 @@ import numpy as np
 from carom.block import Block, weighted_sum
 from carom.compiling import entry
 from carom.errors import InputError, warn
-from carom.models.questions.memory import error_message
 from carom.scene.velocities import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.measuring.mechanics import sizes, sums
@@ -36,6 +35,12 @@ one of ``MOVES``.
 MOVES = {"sweeps": sweep, "volume_moves": move_volume, "oscillation": change_rate}
 """What happens between events when the state of that name in ``RunState`` is due."""
 
+INTERVALS = {"sweeps": "Swaps.interval", "volume_moves": "Barostat.interval", "oscillation": "Shear.period"}
+"""What says how often that is."""
+
+HASTE = 1e6
+"""Moves in a flight through the box from which on a run hardly gets on: each takes a millisecond at least."""
+
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
 
@@ -56,7 +61,12 @@ def advance(
         run_state.refuse_inherited()
         if not run_state.scheduled:
             run_state.schedule()
-        block = _advance(run_state, collisions, end, walltime, progress, callbacks)
+        try:
+            block = _advance(run_state, collisions, end, walltime, progress, callbacks)
+        except BaseException:  # Ctrl-C, too
+            if not run_state.answered:
+                run_state.break_off()
+            raise
         run_state.depths.keep(run_state)
         return block
 
@@ -86,7 +96,7 @@ def _advance(
         engine = run_state.engine if callbacks is None else callbacks.watched(run_state.engine)
         cycles, unused = min(run_state.budget.count, left), 0
         _ask_ahead(run_state)
-        began = entry.running()
+        began, run_state.answered = entry.running(), False
         several = None if alone else run_state.executive
         if several is not None and several.window(stop, int(target)):
             code = constants.SPENT
@@ -95,15 +105,15 @@ def _advance(
                 code, unused = cycle.run(*engine, *stop, target, np.int64(cycles))
         now = entry.running()
         run_state.seconds += now - began
-        wrong = error_message(run_state.engine.model.pair)
+        wrong = run_state.engine.model.pair.error_message()
         if wrong is not None:
             raise InputError(wrong)
-        clock, record = run_state.clock, run_state.engine.state.clock[0]
         if code == constants.IDLE and (end is not None or why == GROWTH):
             run_state.rest_until(stop)
             code = constants.REACHED_TIME
         if code == constants.REACHED_TIME:
-            clock.epoch, clock.offset = int(stop[0]), float(stop[1])
+            run_state.clock.epoch, run_state.clock.offset = int(stop[0]), float(stop[1])
+            run_state.answered = True
             if why == CALL:
                 assert callbacks is not None
                 if callbacks.pause() or instant == end:
@@ -115,10 +125,7 @@ def _advance(
             else:
                 run_state.refit()
         else:
-            # Where a run ended at a time, the last event lies behind the present.
-            clock.epoch, clock.offset = max(
-                (clock.epoch, clock.offset), (int(record.epoch), float(record.now))
-            )
+            run_state.catch_up()
         if code in (constants.REACHED_COLLISIONS, constants.REACHED_HIT):
             break
         if code == constants.IDLE:
@@ -134,6 +141,7 @@ def _advance(
             run_state.renew_neighbors()
         elif code == constants.NEEDS_LOG:
             run_state.flush_log()
+        run_state.answered = True
         if progress is not None:
             progress(_fraction(run_state, before.collisions, start, int(target), end))
         if now >= deadline:
@@ -171,6 +179,20 @@ def _advance(
     duration = float(run_state.clock.instant - start)
     block: Block = weighted_sum(sums(run_state), before, 1, -1)
     return block._replace(duration=duration, sizes=sizes(run_state, diameters, duration))
+
+
+def warn_of_haste(run_state: RunState) -> None:
+    """Warn of moves, after each of which all is scheduled anew, that come far too often."""
+    scene = run_state.scene
+    for kind, name in INTERVALS.items():
+        moves = getattr(run_state, kind)
+        if moves is not None:
+            flown = float(np.std(peculiar(scene, run_state.velocities))) * float(moves.next)
+            if 0.0 < flown * HASTE < max(scene.box):
+                _warn(
+                    f"{name} is so short that all events are predicted anew more than {HASTE:g} times while "
+                    "a particle flies through the box: the run will hardly get on. Give a longer one."
+                )
 
 
 def _ask_ahead(run_state: RunState) -> None:

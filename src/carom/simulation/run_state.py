@@ -13,7 +13,6 @@ from carom.errors import BusyError, InputError
 from carom.frame import Frame
 from carom.models import model_checks
 from carom.models.motions.shear import Shear
-from carom.models.questions.steps import start_steps
 from carom.scene.velocities import peculiar
 from carom.simulation.autotune import Pace
 from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
@@ -87,8 +86,8 @@ class RunState:
     is chosen if left out. Collisions before the clock's base are ``counted``. ``start`` has energy and
     momentum at the start, ``seconds`` the wall time in the engine, ``budget`` the cycles a call, ``pace``
     whether memory is asked for ahead. ``steps`` has pairs and their steps for the next lists, or None.
-    ``scheduled`` is False where Ctrl-C came while components got their events. ``depths`` are states in which
-    overlaps are looked for when asked.
+    ``answered`` is False while what the engine returned is not yet done, ``scheduled`` where Ctrl-C came then
+    or while components got their events. ``depths`` are states in which overlaps are looked for when asked.
     """
 
     def __init__(
@@ -99,9 +98,6 @@ class RunState:
         requested: Requested,
         scheme: NeighborPlan | None = None,
     ):
-        # All answers are registered before the first is compiled, which may be that of projecting.
-        import carom.engine.cycle
-        import carom.engine.domains.logical_process  # noqa: F401
         from carom.engine.build import build
 
         self.scene = scene
@@ -125,7 +121,7 @@ class RunState:
         self.pace = Pace(self)
         self.steps: Steps | None = None
         self.energy_of_first_steps: float | None = None  # found when it is asked for
-        self.scheduled = True
+        self.scheduled = self.answered = True
         self.executive: Executive | None = None
         self.depths = Depths()
 
@@ -252,7 +248,7 @@ class RunState:
         if not cycle.schedule(*stripped(self.engine), np.int64(0), np.int64(0)):
             return False
         write_steps(lists, *self.steps)
-        start_steps(self.engine.model.pair, *self.steps)
+        self.engine.model.pair.start_steps(*self.steps)
         lists.steps.ready[0] = 1
         if self.system.currents:
             fill(self.observer(Currents), *self.steps, self.speeds)
@@ -279,16 +275,17 @@ class RunState:
         if full_cell is None:
             members = getattr(self.engine.neighbors, "members", np.zeros(1))
             full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
+        scheme = self.scheme
         for _ in range(times):
-            self.scheme = self.scheme.with_larger_neighbors(full_cell)
-        self.engine = enlarge_neighbors(self.engine, self.scheme, self.system)
+            scheme = scheme.with_larger_neighbors(full_cell)
+        vars(self).update(scheme=scheme, engine=enlarge_neighbors(self.engine, scheme, self.system))
 
     def enlarge_heap(self) -> None:
         """Make more room in the calendar."""
         from carom.engine.build import enlarge_heap
 
-        self.scheme = self.scheme.with_larger_heap()
-        self.engine = enlarge_heap(self.engine, self.scheme.heap)
+        scheme = self.scheme.with_larger_heap()
+        vars(self).update(scheme=scheme, engine=enlarge_heap(self.engine, scheme.heap))
 
     def refuse_inherited(self) -> None:
         """Raise BusyError in a fork of the process that writes the event log, if there is one."""
@@ -325,6 +322,17 @@ class RunState:
 
         others = (each for each in listed(self.engine.model.observers) if not isinstance(each, Log))
         self.observe(chained([*others, buffer]))
+
+    def catch_up(self) -> None:
+        """Set the clock to the engine's last event; where a run ended at a time, that lies behind."""
+        clock, record = self.clock, self.engine.state.clock[0]
+        clock.epoch, clock.offset = max((clock.epoch, clock.offset), (int(record.epoch), float(record.now)))
+
+    def break_off(self) -> None:
+        """Go on from the last event, all scheduled anew, where nobody knows why the engine returned."""
+        self.catch_up()
+        self._keep_steps()
+        self.scheduled = False
 
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.meant import corrected
 from carom.notebook import watchable
 from carom.simulation import run_loop
 from carom.simulation.callbacks import Call, Callbacks, Hit
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -55,7 +55,7 @@ def run(
     call : callable or sequence of callables, optional
         Called with the simulation at exactly these times, such as :class:`carom.CSVLog`. They may look at
         it and save it, and do not affect the trajectory. The run can be continued if one of them raises
-        an exception.
+        an exception, and after Ctrl-C, which leaves the state at the last event.
     progress : callable or True, optional
         Called from time to time with the fraction done; does not affect the trajectory. True shows a bar.
 

@@ -12,8 +12,7 @@ from carom import checks, densities
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.meant import corrected, nearest
-from carom.models.copies import copied
+from carom.models.interfaces.memory import copied
 from carom.scene.fields import standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
@@ -27,20 +26,22 @@ from carom.simulation.moves.barostat import checked_barostat
 from carom.simulation.moves.oscillation import refuse_oscillation
 from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.run_guard import exclusive
+from carom.simulation.run_loop import warn_of_haste
 from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import growth_rates, prepare
 from carom.simulation.tuning import DEFAULT, TUNED, Tuning
 from carom.simulation.workers.choose_workers import executive_of
+from carom.suggestions import corrected, nearest
 from carom.texts import counted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.drives import Drive
-    from carom.models.questions.contact import Impact
-    from carom.models.questions.interaction import Interaction
-    from carom.models.questions.motion import Motion
-    from carom.models.questions.obstacle import Obstacle
+    from carom.models.interfaces.contact import Impact
+    from carom.models.interfaces.interaction import Interaction
+    from carom.models.interfaces.motion import Motion
+    from carom.models.interfaces.obstacle import Obstacle
     from carom.simulation.moves.barostat import Barostat
     from carom.simulation.moves.swaps import Swaps
 
@@ -136,7 +137,7 @@ class Simulation:
             refuse_oscillation(scene, "An event log", "leave one of the two out")
         sweeps = checked_swaps(swaps, scene, system, event_log)
         others = {"swaps": sweeps, "observers": observers or currents, "an event log": event_log}
-        volume_moves = checked_barostat(barostat, scene, system, **others)
+        volume_moves = checked_barostat(barostat, scene, system, velocities, **others)
         if currents:
             helfand.check(system)
         state = RunState(scene, velocities, system, tuning.requested)
@@ -145,6 +146,7 @@ class Simulation:
             state.let_in(own_observers.checked(observers, scene, system))
         state.executive = executive_of(state, cores)
         state.schedule()
+        warn_of_haste(state)
         if event_log is not None:
             state.begin_log(Recorder(event_log, state))
         self._state = state  # all that moves

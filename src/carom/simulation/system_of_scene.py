@@ -17,7 +17,7 @@ from carom.models.contacts.rough import Rough
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
-from carom.models.obstacles.dressing import Dressed
+from carom.models.obstacles.with_properties import Dressed
 from carom.scene.fields import is_equal, own_models, standing
 from carom.scene.velocities import Thermal, thermal_of
 from carom.simulation.refusals import refuse
@@ -196,7 +196,7 @@ def system_of(
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
         masses=None if equal else scene.masses,
-        kinds=scene.species,
+        species=scene.species,
         contact=scene.contact,
         by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from carom.declared import Declared, described, number, option, switch, word
-from carom.meant import corrected
+from carom.suggestions import corrected
 
 Requested = tuple[str, float | None]  # the neighbor scheme that was asked for, and the reach of its lists
 

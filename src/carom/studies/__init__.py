@@ -10,17 +10,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carom.studies.accuracy.spec import TradeSpec as TradeSpec
-    from carom.studies.accuracy.study import Trade as Trade
-    from carom.studies.codes.code import SphericalCode as SphericalCode
-    from carom.studies.codes.spec import CodeSpec as CodeSpec
-    from carom.studies.codes.study import Codes as Codes
-    from carom.studies.coefficients.spec import TransportSpec as TransportSpec
-    from carom.studies.coefficients.study import Transport as Transport
     from carom.studies.eos.spec import StudySpec as StudySpec
     from carom.studies.eos.study import EquationOfState as EquationOfState
-    from carom.studies.flow.spec import ShearSpec as ShearSpec
-    from carom.studies.flow.study import ShearFlow as ShearFlow
     from carom.studies.packings.packing import Packing as Packing
     from carom.studies.packings.spec import PackSpec as PackSpec
     from carom.studies.packings.study import Packings as Packings
@@ -28,25 +19,34 @@ if TYPE_CHECKING:
     from carom.studies.planner.plan import RunPlan as RunPlan
     from carom.studies.planner.target import Target as Target
     from carom.studies.runs.result import RunResult as RunResult
+    from carom.studies.shear.spec import ShearSpec as ShearSpec
+    from carom.studies.shear.study import ShearFlow as ShearFlow
+    from carom.studies.spherical_codes.code import SphericalCode as SphericalCode
+    from carom.studies.spherical_codes.spec import CodeSpec as CodeSpec
+    from carom.studies.spherical_codes.study import Codes as Codes
+    from carom.studies.trade.spec import TradeSpec as TradeSpec
+    from carom.studies.trade.study import Trade as Trade
+    from carom.studies.transport.spec import TransportSpec as TransportSpec
+    from carom.studies.transport.study import Transport as Transport
 
 _LAZY = {
     "RunResult": "carom.studies.runs.result",
     "Packing": "carom.studies.packings.packing",
     "Packings": "carom.studies.packings.study",
     "PackSpec": "carom.studies.packings.spec",
-    "SphericalCode": "carom.studies.codes.code",
-    "Codes": "carom.studies.codes.study",
-    "CodeSpec": "carom.studies.codes.spec",
+    "SphericalCode": "carom.studies.spherical_codes.code",
+    "Codes": "carom.studies.spherical_codes.study",
+    "CodeSpec": "carom.studies.spherical_codes.spec",
     "EquationOfState": "carom.studies.eos.study",
-    "Transport": "carom.studies.coefficients.study",
-    "ShearFlow": "carom.studies.flow.study",
+    "Transport": "carom.studies.transport.study",
+    "ShearFlow": "carom.studies.shear.study",
     "RunPlan": "carom.studies.planner.plan",
     "Outcome": "carom.studies.planner.outcome",
-    "Trade": "carom.studies.accuracy.study",
+    "Trade": "carom.studies.trade.study",
     "StudySpec": "carom.studies.eos.spec",
-    "TransportSpec": "carom.studies.coefficients.spec",
-    "ShearSpec": "carom.studies.flow.spec",
-    "TradeSpec": "carom.studies.accuracy.spec",
+    "TransportSpec": "carom.studies.transport.spec",
+    "ShearSpec": "carom.studies.shear.spec",
+    "TradeSpec": "carom.studies.trade.spec",
     "Target": "carom.studies.planner.target",
 }
 

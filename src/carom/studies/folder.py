@@ -23,9 +23,8 @@ from numpy.random import SeedSequence
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import records
-from carom.paths import remnants, write_text, writing
-from carom.studies.lock import owned
-from carom.studies.places import check_same, refuse_others
+from carom.paths import sweep, write_text, writing
+from carom.studies.result_folders import ResultFolder, check_same, refuse_others
 
 Task = dict[str, Any]
 """The input of a task: strings, numbers, and lists and tables of them."""
@@ -38,9 +37,6 @@ SETTINGS = "study.json"
 
 RESULTS = "tasks"
 """Folder of the result files."""
-
-WRITTEN = (SETTINGS, "study.toml", "report.html", "plan.json", "outcome.json")
-"""Files that commands write into the folder of any study."""
 
 _RESULT = re.compile(r"[0-9a-f]{20}\.(json|h5)")
 
@@ -77,23 +73,31 @@ def canonical(value: Any) -> str:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
 
 
+def _sha256(value: Any) -> bytes:
+    return hashlib.sha256(canonical(value).encode("ascii")).digest()
+
+
 def key(task: Task) -> str:
     """Return the name of a task: 20 hexadecimal digits of the SHA-256 of its content."""
-    return hashlib.sha256(canonical(task).encode("ascii")).hexdigest()[:20]
+    return _sha256(task).hex()[:20]
 
 
 def stream(seed: int, identity: Any) -> SeedSequence:
     """Return the source of randomness that belongs to a seed and an identity (any JSON value)."""
-    digest = hashlib.sha256(canonical(identity).encode("ascii")).digest()
+    digest = _sha256(identity)
     words = tuple(int.from_bytes(digest[k : k + 4], "little") for k in range(0, 32, 4))
     return SeedSequence(seed, spawn_key=words)
 
 
-class Folder:
+class Folder(ResultFolder):
     """The folder with the settings of a study and the results of its tasks; :meth:`begun` makes it."""
 
+    kind = "a study"
+    files = (SETTINGS, "study.toml", "report.html", "plan.json", "outcome.json")
+    """Files that commands write into the folder of any study."""
+
     def __init__(self, path: Path):
-        self.path = path
+        super().__init__(path)
         self.settings = path / SETTINGS
 
     def result(self, task: Task) -> Path:
@@ -102,15 +106,15 @@ class Folder:
 
     def check(self, settings: dict[str, Any]) -> None:
         """Refuse a folder with a study of other ``settings``, which all tasks share; change nothing."""
-        refuse_others(self.path, "a study", "a plan")
-        before = self.read()
-        if before is not None:
-            check_same(self.path, "a study", before["settings"], settings)
+        refuse_others(self.path, self.kind, "a plan")
+        if (before := self.read()) is not None:
+            check_same(self.path, self.kind, before["settings"], settings)
 
     def check_study(self, study: str) -> None:
-        """Refuse a folder that holds a study of another kind; no file is changed."""
+        """Refuse a folder that holds other results, or a study of another kind; no file is changed."""
+        refuse_others(self.path, self.kind)
         if (before := self.read()) is not None:
-            check_same(self.path, "a study", {"study": before["settings"].get("study")}, {"study": study})
+            check_same(self.path, self.kind, {"study": before["settings"].get("study")}, {"study": study})
 
     @contextlib.contextmanager
     def begun(
@@ -122,12 +126,11 @@ class Folder:
         session; ``files`` are those that this study alone writes.
         """
         self.check(settings)
-        with owned(self.path, {*WRITTEN, *files}.__contains__):
+        with self.owned(*files):
             self.check(settings)
             with writing(self.path):
                 (self.path / RESULTS).mkdir(exist_ok=True)
-                for remnant in remnants(self.path / RESULTS, _RESULT.fullmatch):
-                    remnant.unlink(missing_ok=True)
+                sweep(self.path / RESULTS, _RESULT.fullmatch)
             self._write(self.settings, {"settings": settings, "grid": grid})
             yield
 
@@ -137,16 +140,23 @@ class Folder:
             raise FileError(f"{self.path} is a file; expected the folder of a study, or a new one.")
         if not os.path.lexists(self.settings):
             return None
-        found: dict[str, Any] = records.read_json(
-            self.settings, _SETTINGS, "the description of a study", "choose another folder"
+        return dict(
+            records.read_json(self.settings, _SETTINGS, "the description of a study", "choose another folder")
         )
-        return found
 
     def held(self) -> dict[str, Any]:
         """Return settings and grid of the study that the folder holds."""
-        if (found := self.read()) is None:
-            raise FileError(f"{self.path} holds no study ({SETTINGS} is missing); name another folder.")
-        return found
+        if found := self.read():
+            return found
+        raise FileError(f"{self.path} holds no study ({SETTINGS} is missing); name another folder.")
+
+    def study(self) -> str:
+        """Return the study that the folder holds, by what its settings say that it is."""
+        return str(self.held()["settings"].get("study"))
+
+    def done(self) -> int:
+        """Return how many results there are."""
+        return len(list((self.path / RESULTS).glob("*.json")))
 
     def load(self, task: Task) -> Record | None:
         """Return the stored result of a task; None if there is none, or its file is damaged."""
@@ -184,19 +194,15 @@ _SETTINGS = records.table({"settings": _TABLE, "grid": _TABLE})
 _RECORD = records.table({"task": _TABLE, "result": _TABLE, "provenance": _TABLE, "digest": records.text})
 
 
-def _digest(record: Record) -> str:
-    return hashlib.sha256(canonical(record).encode("ascii")).hexdigest()
-
-
 def sealed(record: Record) -> Record:
     """Return a record as a file holds it: with its digest."""
-    return {**record, "digest": _digest(record)}
+    return {**record, "digest": _sha256(record).hex()}
 
 
 def unsealed(value: Any, name: str) -> Record:
     """Return the record that a file holds, or raise InputError if it is none, or was changed."""
     record: Record = _RECORD(value, name)
     digest = record.pop("digest")
-    if digest != _digest(record):
+    if digest != _sha256(record).hex():
         raise InputError(f"{name} has not the content that its digest is of.")
     return record

@@ -11,11 +11,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from carom import checks, meant
+from carom import checks, suggestions
 from carom.errors import CaromError, InputError, warn
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
+from carom.layout import kind_at, scene_at
 from carom.models.interactions.rule_files import RuleFile
 from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
@@ -30,7 +31,6 @@ from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.scene.velocities import conserved
 from carom.scene_file.scene_file import SceneFile
-from carom.studies.kinds import kind_at
 from carom.theory import ball_volume
 
 PRODUCTS = 5e7
@@ -284,7 +284,9 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
     for each in quantities:
         if isinstance(each, str):
             if each not in QUANTITIES:
-                raise InputError(f"{each!r} is no quantity of frames{meant.suggestion(each, QUANTITIES)}.")
+                raise InputError(
+                    f"{each!r} is no quantity of frames{suggestions.suggestion(each, QUANTITIES)}."
+                )
             name, value = each, True
         elif callable(getattr(each, "add", None)) and not isinstance(each, type):
             if sees(each) != "frame":
@@ -308,7 +310,7 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None, bool
     if isinstance(frames, str | os.PathLike):
         where = Path(frames)
         with open_reader(where) as reader:
-            kind = kind_at(where) if where.is_dir() else None
+            kind = kind_at(where)
             if kind is not None and kind.grows and len(reader):
                 yield [reader[-1]], 1, where, False
             else:
@@ -329,12 +331,10 @@ def _known(frame: Frame, path: Path | None, foreign: bool) -> _System:
     """Return the system of the first frame, with the scene of the run in whose folder the frames lie."""
     if path is None or foreign:
         return _System(frame, decides=foreign)
-    folder = path if path.is_dir() else path.parent
-    kind = kind_at(folder)
-    if kind is None or kind.scene is None or not (folder / kind.scene).is_file():
+    if (file := scene_at(path)) is None:
         return _System(frame)
     try:
-        plan = SceneFile.load(folder / kind.scene).scene
+        plan = SceneFile.load(file).scene
         given = {
             name: value
             for name in ("contact", "obstacles", "walls", "motion", "drive", "pinned", "interaction")

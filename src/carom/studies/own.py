@@ -10,36 +10,18 @@ from typing import Any
 
 from carom.declared import Opt, integer, number, several, word
 from carom.spec import Spec, integers_of, numbers_of
-from carom.studies.documented import documented
 from carom.studies.folder import Record, Task, stream
 from carom.studies.job import Job, Look
+from carom.studies.signatures import documented
 from carom.studies.study import Study
 from carom.table import Column, Table, error, facts
 from carom.version import __version__ as version
 
 __all__ = [
-    "Column",
-    "Job",
-    "Look",
-    "Opt",
-    "Record",
-    "Spec",
-    "Study",
-    "Table",
-    "Task",
-    "command",
-    "documented",
-    "error",
-    "facts",
-    "integer",
-    "integers_of",
-    "number",
-    "numbers_of",
-    "several",
-    "stream",
-    "version",
+    "Column", "Job", "Look", "Opt", "Record", "Spec", "Study", "Table", "Task", "command", "documented",
+    "error", "facts", "integer", "integers_of", "number", "numbers_of", "several", "stream", "version",
     "word",
-]
+]  # fmt: skip
 
 
 def command(kind: type[Study[Any]]) -> None:

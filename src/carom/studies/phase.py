@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from carom.observables.statistics import unwarned
 from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
+from carom.studies.runs.summary import Theory
 from carom.theory import Equation
 from carom.theory.coexistence import gas_and_liquid
 
@@ -166,16 +166,16 @@ def shift(box: MeanBox, phase: Phase, equation: Equation) -> float:
     )
 
 
-def compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[dict[str, Any]]:
+def compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[Theory]:
     """Return Z by every theory that holds for the scene in this phase."""
     if volume is not None:
         return [] if phase is None else _theory(MeanBox.of(volume), phase)
     return _mixture_theory(scene) if phase is None else _theory(scene, phase)
 
 
-def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
+def lines(rows: list[Theory]) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    return {row["name"]: row["Z"] for row in rows if row["Z"] is not None}
+    return {row.name: row.Z for row in rows if row.Z is not None}
 
 
 def doubt(phase: Phase | None, scene: Scene, kT: float) -> str | None:
@@ -217,16 +217,16 @@ def of_infinite_size(
     pressure: PressureResult | None,
     phase: Phase | None,
     volume: VolumeResult | None = None,
-    given: Mapping[str, Estimate] = MappingProxyType({}),
+    measured: Estimate | None = None,  # Z at constant pressure
 ) -> Estimate | None:
     """Return Z of infinitely many particles, or None where no theory gives the correction."""
     if phase is None:
         return None
     if volume is not None:
         best = usual_equation(volume.dimension, phase.name)
-        if best is None or (phase.name != "fluid" and not phase.equations):
+        if measured is None or best is None or (phase.name != "fluid" and not phase.equations):
             return None
-        return given["Z"].scaled(1.0, offset=-shift(MeanBox.of(volume), phase, best))
+        return measured.scaled(1.0, offset=-shift(MeanBox.of(volume), phase, best))
     if pressure is None or pressure.n == 1 or phase.name == "coexistence":
         return None
     try:
@@ -236,18 +236,18 @@ def of_infinite_size(
         return None
 
 
-def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
+def _theory(scene: Scene | MeanBox, phase: Phase) -> list[Theory]:
     """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
-    rows: list[dict[str, Any]] = []
-    more: dict[str, float] = {}
+    rows: list[Theory] = []
+    errors = None
     for name, equation in phase.equations.items():
         try:
             large = float(equation(eta))
             if isinstance(scene, MeanBox):
                 value, contact = large + shift(scene, phase, equation), math.nan
                 # Measured is Z ~ V, and theory falls with the same V: their errors add.
-                more = {"errors": 1.0 + (float(equation(eta * (1.0 + NEAR))) / large - 1.0) / NEAR}
+                errors = 1.0 + (float(equation(eta * (1.0 + NEAR))) / large - 1.0) / NEAR
             else:
                 value = large + finite_size_shift(phase.name, eta, n, equation)
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
@@ -255,15 +255,7 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
             continue
         if math.isnan(value):
             continue
-        rows.append(
-            {
-                "name": name,
-                "Z": finite(value),
-                "Z_infinite": finite(large),
-                "contact_value": finite(contact),
-                **more,
-            }
-        )
+        rows.append(Theory(name, finite(value), finite(large), finite(contact), errors))
     return rows
 
 
@@ -283,10 +275,10 @@ def _mixture_equations(scene: Scene) -> dict[str, tuple[float, Callable[..., Any
     return found | {"Santos-Yuste-Lopez de Haro": (min(end(d), theory.FREEZING.get(d, 1.0)), general)}
 
 
-def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+def _mixture_theory(scene: Scene) -> list[Theory]:
     """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
     diameters, counts = np.unique(scene.diameters, return_counts=True)
-    rows: list[dict[str, Any]] = []
+    rows: list[Theory] = []
     for name, (last, equation) in _mixture_equations(scene).items():
         if scene.packing_fraction > last:
             continue
@@ -295,14 +287,7 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
         except CaromError:
             continue
         # The effect of N on Z of a mixture is left out; it is small where N is large.
-        rows.append(
-            {
-                "name": f"{name}, infinite N",
-                "Z": finite(value),
-                "Z_infinite": finite(value),
-                "contact_value": None,
-            }
-        )
+        rows.append(Theory(f"{name}, infinite N", finite(value), finite(value), None))
     return rows
 
 

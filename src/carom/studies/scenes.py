@@ -13,7 +13,7 @@ from numpy.random import default_rng
 from carom import checks
 from carom.errors import InputError
 from carom.models.interactions.bonds import Bonds
-from carom.models.species import species_count
+from carom.models.interfaces.particles import species_count
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.scene.species import Species

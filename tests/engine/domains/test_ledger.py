@@ -49,8 +49,7 @@ def filled(counts, instants, seed):
         (400,) * 16,
     ],
 )
-@pytest.mark.usefixtures("unscheduled")
-def test_virials_of_all_parts_are_added_in_the_order_of_time(counts, instants):
+def test_virials_of_all_parts_are_added_in_the_order_of_time(unscheduled, counts, instants):
     engine = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)._state.engine
     all_events, parts = filled(counts, instants, sum(counts)), len(counts)
     times, virials, who = (

@@ -1,6 +1,7 @@
 """Several workers run one system, and its bits are those of one worker."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from carom.engine.domains.logical_process import stop
 from carom.engine.domains.lp_queue import LpQueue
 from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, WHOSE
 from carom.engine.domains.synchronization import no_straggler, no_straggler_at_border
+from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.simulation.files import recorder
@@ -43,15 +45,21 @@ def tube():
     return carom.Scene.crystal(cells=(80, 5, 5), packing_fraction=0.3)
 
 
+def two_sizes_between_walls():
+    species = [carom.Species(count=20), carom.Species(count=20, diameter=0.6, mass=0.25)]
+    return carom.Scene.random(species=species, packing_fraction=0.4, dimension=2, walls="y", seed=1)
+
+
 def alone_and_together(
-    scene, workers, collisions=1.0, go=None, executive_type=Executive, lookahead=8.0, logs=None
+    scene, workers, collisions=1.0, go=None, executive_type=Executive, time_window=8.0, logs=None, **given
 ):
     """Return a simulation run by one worker, and the same run by several, and what these counted."""
     go = go or (lambda sim: [sim.run(collisions_per_particle=2.3), sim.run(time=0.4)])
     alone, together = (
-        carom.Simulation(scene, seed=3, event_log=logs and logs / f"{name}.h5") for name in ("one", "other")
+        carom.Simulation(scene, seed=3, event_log=logs and logs / f"{name}.h5", **given)
+        for name in ("one", "other")
     )
-    wanted = Settings(collisions=collisions, lookahead=lookahead, least=0.0, compare=False)
+    wanted = Settings(collisions=collisions, time_window=time_window, least=0.0, compare=False)
     executive = executive_type(together._state, workers, wanted)
     together._state.executive = executive
     assert go(alone) == go(together)
@@ -67,6 +75,7 @@ def assert_same_bits(alone, together):
     assert alone.time == together.time
     assert stretches.tally(alone) == stretches.tally(together)
     assert alone.obstacles == together.obstacles
+    assert alone.statistics.worst_overlap == together.statistics.worst_overlap
 
 
 def assert_workers_change_no_bit(scene, workers, *arguments, **settings):
@@ -78,10 +87,7 @@ def assert_workers_change_no_bit(scene, workers, *arguments, **settings):
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 7, 16])
 def test_any_number_of_workers_gives_the_bits_of_one(workers):
-    def go(sim):
-        return sim.run(collisions_per_particle=1.2)
-
-    assert_workers_change_no_bit(tube(), workers, 0.5, go)
+    assert_workers_change_no_bit(tube(), workers, 0.5, lambda sim: sim.run(collisions_per_particle=1.2))
 
 
 @pytest.mark.parametrize("packing_fraction", [0.05, 0.3, slow(0.49), slow(0.6)])
@@ -103,6 +109,12 @@ def test_lines_and_four_dimensions_have_the_same_bits(dimension):
     box = (2000.0,) if dimension == 1 else (24.0, 6.0, 6.0, 6.0)
     scene = carom.Scene.random(n=900, box=box, dimension=dimension, seed=1)
     assert_workers_change_no_bit(scene, 2)
+
+
+@pytest.mark.parametrize("neighbors", ["lists", slow("sectors")])
+def test_falling_spheres_have_the_same_bits(neighbors):
+    scene = tube().replace(motion=carom.models.Gravity((0.0, 0.5, -3.0)))
+    assert_workers_change_no_bit(scene, 2, tuning=carom.Tuning(neighbors=neighbors))
 
 
 def test_thousands_collide_at_the_same_instant_in_all_parts():
@@ -127,10 +139,9 @@ def test_parts_keep_the_width_of_their_buckets():
 
 
 def test_workers_count_what_one_counts():
-    def go(sim):
-        return sim.run(time=0.5)
-
-    alone, together, timings = alone_and_together(fluid(), 2, go=go, lookahead=0.0)
+    alone, together, timings = alone_and_together(
+        fluid(), 2, go=lambda sim: sim.run(time=0.5), time_window=0.0
+    )
     one, two = alone.statistics, together.statistics
     assert timings.repeats == 0
     assert (one.transits, one.advancements) == (two.transits, two.advancements)
@@ -149,10 +160,8 @@ def test_parts_at_rest_have_told_the_others_that_nothing_is_due():
 
 
 def test_parts_far_ahead_of_each_other_lose_windows_and_no_bit():
-    def go(sim):
-        return sim.run(collisions_per_particle=8)
-
-    _, _, timings = assert_workers_change_no_bit(fluid(), 2, 0.5, go, lookahead=1e9)
+    far = {"go": lambda sim: sim.run(collisions_per_particle=8), "time_window": 1e9}
+    _, _, timings = assert_workers_change_no_bit(fluid(), 2, 0.5, **far)
     assert timings.repeats > 0
 
 
@@ -166,7 +175,7 @@ def test_a_window_that_is_given_up_is_run_again_from_its_beginning():
                 stop(self._processes)
             return super()._wait_for_others(k)
 
-    alone, together, timings = alone_and_together(fluid(), 2, executive_type=Giving, lookahead=0.0)
+    alone, together, timings = alone_and_together(fluid(), 2, executive_type=Giving, time_window=0.0)
     assert timings.repeats >= 3
     assert_same_bits(alone, together)
 
@@ -200,10 +209,28 @@ def test_who_comes_late_at_a_border_is_seen():
 
 
 @pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("make", [lambda: carom.Scene.random(40, 0.4, 2, seed=1), two_sizes_between_walls])
+def test_who_has_moved_by_its_skin_looks_as_far_as_others_are_listed(make):
+    scene = make()
+    neighbors = carom.Simulation(
+        scene, seed=3, tuning=carom.Tuning(neighbors="lists")
+    )._state.engine.neighbors
+    bounds, everybody = neighbors.bounds, range(scene.n)
+    skin = max(bounds.skin_at(i, 0.0)[0] for i in everybody)
+    listed = max(bounds.list_range_sq(i, j) for i in everybody for j in everybody) ** 0.5
+    assert 0.0 < skin < listed
+    for axis in range(scene.dimension):
+        touch = interaction_range(neighbors, axis)
+        layer = neighbors.grid_step[axis] * 2.0 ** coordinate_bits(scene.dimension) / touch.layers
+        assert touch.read * layer >= skin + listed
+        assert touch.write * layer >= skin + 2.0 * listed  # partners of these
+        assert touch.pair * layer >= listed
+
+
 @pytest.mark.parametrize(
     "scene", [tube(), carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)]
 )
-def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(scene):
+def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(unscheduled, scene):
     neighbors = carom.Simulation(scene, seed=3)._state.engine.neighbors
     axis = int(np.argmax(scene.box))
     touch = interaction_range(neighbors, axis)
@@ -308,21 +335,35 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
     np.testing.assert_array_equal(alone.frame().positions, sim.frame().positions)
 
 
+def test_one_worker_goes_on_where_a_refit_takes_neighbors_that_several_cannot_share():
+    edge = math.sqrt(200 * math.pi / 4.0 / 0.0015 / 4.0)
+    sims = [carom.Simulation(carom.Scene.random(200, box=(4.0 * edge, edge), seed=1), seed=1) for _ in "12"]
+    executive = Executive(sims[1]._state, 2, Settings(collisions=0.5, least=0.0, compare=False))
+    sims[1]._state.executive = executive
+    for sim in sims:
+        sim.run(collisions_per_particle=3.0)
+        assert sim._state.scheme.kind == "sectors"
+        sim.rescale(1.9)
+        assert sim._state.scheme.kind == "all"
+        for _ in range(5):
+            sim.run(time=sim.time)
+    executive.close()
+    assert_same_bits(*sims)
+
+
 @pytest.mark.slow
 def test_mixtures_between_walls_have_the_same_bits():
     alone, together, _ = assert_workers_change_no_bit(refits.species_between_walls(), 2, 0.5)
     np.testing.assert_array_equal(alone.collisions_by_species, together.collisions_by_species)
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])
-def test_workers_are_a_number_or_auto(workers):
+def test_workers_are_a_number_or_auto(unscheduled, workers):
     with pytest.raises(InputError):
         carom.Simulation(fluid(3), cores=workers, seed=0)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_what_one_worker_alone_can_run_is_said():
+def test_what_one_worker_alone_can_run_is_said(unscheduled):
     with pytest.raises(InputError, match="growing diameters"):
         carom.Simulation(fluid(6), growth=0.1, cores=2, seed=0)
     assert carom.Simulation(fluid(6), growth=0.1, cores="auto", seed=0)._state.executive is None
@@ -358,10 +399,9 @@ def test_as_many_workers_are_chosen_as_were_measured_to_pay(monkeypatch, n, dime
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():
-    def go(sim):
-        return sim.run(collisions_per_particle=40)
-
-    alone, together, timings = alone_and_together(fluid(), 2, 2.0, go=go)
+    alone, together, timings = alone_and_together(
+        fluid(), 2, 2.0, go=lambda sim: sim.run(collisions_per_particle=40)
+    )
     assert together._state.engine.state.clock.epoch[0] >= 2
     assert timings.epochs > 0.0
     assert 2 * timings.collisions > 0.9 * 40 * alone._state.scene.n
@@ -386,12 +426,12 @@ def test_lists_that_run_out_of_room_in_a_part_cost_no_bit(tmp_path):
 
 def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_many_were_kept():
     executive = Executive(carom.Simulation(fluid(), seed=3)._state, 2)
-    lookahead = executive._lookahead
+    time_window = executive._time_window
     executive._after_rollback([0, 0], 0, 1.0, 0.5, good=False)
-    assert executive._lookahead == 0.5 * lookahead
+    assert executive._time_window == 0.5 * time_window
     for _ in range(COMMITS_IN_A_ROW):
         executive._after_commit()
-    assert executive._lookahead == lookahead
+    assert executive._time_window == time_window
 
 
 def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lost():

@@ -48,18 +48,10 @@ def check_sectors(sim):
 
 
 CASES = [
-    (1, 12, 0.4, "sectors"),
-    (1, 20, 0.4, "lists"),
-    (2, 30, 0.5, "sectors"),
-    (2, 40, 0.5, "lists"),
-    (2, 5, 0.4, "sectors"),
-    (3, 40, 0.3, "sectors"),
-    (3, 60, 0.4, "lists"),
-    (3, 4, 0.2, "sectors"),
-    (4, 12, 0.1, "sectors"),
-    (2, 60, 0.1, "sectors"),
-    slow(3, 130, 0.1, "sectors"),
-]
+    (1, 12, 0.4, "sectors"), (1, 20, 0.4, "lists"), (2, 30, 0.5, "sectors"), (2, 40, 0.5, "lists"),
+    (2, 5, 0.4, "sectors"), (3, 40, 0.3, "sectors"), (3, 60, 0.4, "lists"), (3, 4, 0.2, "sectors"),
+    (4, 12, 0.1, "sectors"), (2, 60, 0.1, "sectors"), slow(3, 130, 0.1, "sectors"),
+]  # fmt: skip
 
 
 @pytest.mark.usefixtures("plain")
@@ -97,8 +89,7 @@ def test_a_root_from_above_is_at_most_six_per_cent_too_large():
     assert 1.05 < ratio.max() < 1.0607
 
 
-@pytest.mark.usefixtures("plain")
-def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it_only_grows():
+def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it_only_grows(plain):
     scene = carom.Scene.random(60, 0.3, 2, seed=1)
     velocities = np.random.default_rng(1).normal(size=(60, 2)) * (np.arange(60) % 2)[:, np.newaxis]
     tuning = carom.Tuning(neighbors="lists")
@@ -115,9 +106,8 @@ def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it
     assert bounds.skin_at(0, 1e9)[0] > 0.0  # outgrown: times are divided by it
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("box", [(9.0,), (1.2, 8.0), (5.5, 2.3), (3.4, 1.1, 4.0), (4.5, 2.2, 6.0)])
-def test_members_of_sectors_are_where_their_positions_are(box):
+def test_members_of_sectors_are_where_their_positions_are(plain, box):
     n = max(2, int(0.25 * np.prod(box)))
     sim = carom.Simulation(
         moving(carom.Scene.random(n, box=box, seed=1), 2), tuning=carom.Tuning(neighbors="sectors")
@@ -196,9 +186,8 @@ def test_arrays_that_are_too_small_grow(kind, room, monkeypatch):
     assert small.statistics.worst_overlap < 1e-13
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
-def test_room_changes_no_collision(kind, monkeypatch):
+def test_room_changes_no_collision(plain, kind, monkeypatch):
     # The initial capacities are found too small before the first event: nothing is predicted twice then.
     scene = moving(carom.Scene.random(60, 0.5, 2, seed=1), 2)
     right = carom.Simulation(scene, tuning=carom.Tuning(neighbors=kind))
@@ -234,29 +223,6 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path, monkeypatch):
     assert one.step == other.step
     np.testing.assert_allclose(one.unwrapped, other.unwrapped, rtol=1e-7)
     np.testing.assert_allclose(one.velocities, other.velocities, rtol=0.0, atol=1e-7)
-
-
-@pytest.mark.usefixtures("plain")
-def test_a_new_epoch_changes_neither_place_nor_order():
-    scene = moving(carom.Scene.random(30, 0.3, 2, seed=1), 2)
-    sim = carom.Simulation(scene)
-    start = sim._state.engine.state.clock[0].epoch
-    while sim._state.engine.state.clock[0].epoch < start + 5:
-        before, epoch = present(sim), int(sim._state.engine.state.clock[0].epoch)
-        event_time = sim._state.engine.state.rows["event_time"][: scene.n].copy()
-        collisions = sim.collisions
-        go(sim, 1)
-        if sim._state.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
-            x, _, now = present(sim)
-            moved = x - before[0] - before[1] * (now + sim._state.epoch_length - before[2])
-            edges = np.array(scene.box)
-            assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
-            later = sim._state.engine.state.rows["event_time"][: scene.n]
-            # The rows were advanced, and their contacts computed anew: to rounding.
-            kept = np.isclose(
-                later + sim._state.epoch_length, event_time, rtol=0.0, atol=2.0**-39 * sim._state.epoch_length
-            )
-            assert kept.sum() >= scene.n - 3  # those of the event itself have new times
 
 
 @pytest.mark.slow

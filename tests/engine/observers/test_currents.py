@@ -10,7 +10,6 @@ from carom.engine.build import arrays
 from carom.errors import InputError
 from carom.models import Kind, Ranges
 from carom.observables import HelfandCurrents
-from carom.simulation.explanation import explain
 from carom.simulation.files.checkpoint_validation import following
 from carom.simulation.measuring import stretches
 
@@ -24,13 +23,10 @@ def cluster(dimension, seed=3):
     small = carom.Scene.random(n, dimension=dimension, box=(wide,) * dimension, diameter=1.0, seed=seed)
     box = 60.0
     return carom.Scene(
-        small.positions + 0.5 * (box - wide),
-        box,
-        diameter=rng.uniform(0.6, 1.0, n),
-        mass=rng.uniform(0.5, 3.0, n),
-        species=np.arange(n) % 2,
+        small.positions + 0.5 * (box - wide), box, diameter=rng.uniform(0.6, 1.0, n),
+        mass=rng.uniform(0.5, 3.0, n), species=np.arange(n) % 2,
         velocities=rng.standard_normal((n, dimension)) + 0.7 - 2.0 * (small.positions - 0.5 * wide),
-    )
+    )  # fmt: skip
 
 
 def position_moments(frame, drift):
@@ -100,8 +96,7 @@ def state_of(sim):
     return {name: found[name] for name in set(found) - set(following(engine, found))}
 
 
-@pytest.mark.usefixtures("plain")
-def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
+def test_moments_go_on_in_a_run_that_was_saved(plain, tmp_path):
     sim = fluid(observers=[HelfandCurrents()])
     sim.run(time=0.25)
     sim.save(tmp_path / "run.h5")
@@ -116,14 +111,7 @@ def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
     assert (one.heat == two.heat).all()
 
 
-def test_a_plain_scene_compiles_no_currents():
-    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
-    assert "currents" not in explain(scene).models
-    assert "currents" in explain(scene).absent
-
-
-@pytest.mark.usefixtures("plain")
-def test_units_of_time_scale_the_moments_exactly():
+def test_units_of_time_scale_the_moments_exactly(plain):
     slow = fluid(kT=1.0, observers=[HelfandCurrents()])
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
     faster = FLUID.replace(velocities=slow.frame().velocities * factor)
@@ -134,7 +122,6 @@ def test_units_of_time_scale_the_moments_exactly():
     assert (two.heat == one.heat * factor**2).all()
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -144,7 +131,7 @@ def test_units_of_time_scale_the_moments_exactly():
         ({"interaction": Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)}, "conserved momentum"),
     ],
 )
-def test_currents_are_refused_where_helfand_does_not_hold(change, says):
+def test_currents_are_refused_where_helfand_does_not_hold(unscheduled, change, says):
     scene = carom.Scene.random(8, 0.1, seed=1)
     # Far from every face, where some are walls.
     made = carom.Scene(scene.positions + np.array(scene.box) / 2, tuple(2 * e for e in scene.box), **change)
@@ -163,13 +150,16 @@ def test_mean_squares_of_a_random_walk_are_known():
     stress = np.cumsum(0.5 * (steps + np.swapaxes(steps, 2, 3)), axis=1)
     heat = np.cumsum(rng.standard_normal((2, count, d)), axis=1)
     displacement = np.cumsum(rng.standard_normal((1, count, d)), axis=1)
-    found = mean_squares(HelfandMoments(0.5, stress, heat, displacement), [1, 4], 0.0)
+    found = mean_squares(HelfandMoments(0.5, stress, heat, displacement), [1, 4], 0.3)
+    trace = np.trace(stress.sum(axis=0), axis1=1, axis2=2) / d - 0.3 * 0.5 * np.arange(count)
     # Off the diagonal a step has the variance 1/2; in every direction, as the tensor is isotropic.
     six_sigma = 6.0 * math.sqrt(2.0 * 4 / count)
     for k, lag in enumerate((1, 4)):
         assert found.shear[:, k] == pytest.approx([0.5 * lag, 0.0, 0.5 * lag], abs=lag * six_sigma)
         assert found.heat[:, k] == pytest.approx([lag, 0.0, lag], abs=lag * six_sigma)
         assert found.times[k] == 0.5 * lag
+        moved = trace[lag:] - trace[:-lag]
+        assert found.bulk[:, k] == pytest.approx([moved.mean(), np.mean(moved**2)], rel=1e-12)
         # Of one component: heat is the sum of two parts, and independent of the displacement.
         expected = np.diag([2.0, 1.0]) * lag
         assert found.fluxes[:, :, k] == pytest.approx(expected, abs=2.0 * lag * six_sigma)

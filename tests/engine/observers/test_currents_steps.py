@@ -11,9 +11,9 @@ from carom.errors import InputError
 from carom.models import Steps, StepTable
 from carom.observables import HelfandCurrents
 from carom.simulation.measuring import stretches
-from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.scenes import scene_spec
 from carom.studies.start import start
+from carom.studies.transport.spec import TransportSpec
 
 EPS = np.finfo(float).eps
 
@@ -99,8 +99,7 @@ def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and
     assert (one.heat == two.heat).all()
 
 
-@pytest.mark.usefixtures("plain")
-def test_the_trace_of_the_stress_is_the_virial_of_all_events():
+def test_the_trace_of_the_stress_is_the_virial_of_all_events(plain):
     sim = fluid(observers=[HelfandCurrents()])
     found = sim.helfand(every=0.2, count=5)
     assert np.trace(found.stress[1, -1]) == pytest.approx(stretches.tally(sim).virial, rel=1e-11)
@@ -108,8 +107,7 @@ def test_the_trace_of_the_stress_is_the_virial_of_all_events():
     assert np.trace(found.stress[0, -1]) == pytest.approx(twice, rel=1e-11)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_currents_are_refused_where_steps_lose_energy():
+def test_currents_are_refused_where_steps_lose_energy(unscheduled):
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):

@@ -9,11 +9,8 @@ from carom import theory
 from carom.engine.observers.flights import Flights
 from carom.engine.observers.interface import PairEvent
 from carom.errors import InputError
-from carom.models import Kind, Ranges
-from carom.models.drives import Andersen
-from carom.models.motions.gravity import Gravity
-from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.dressing import Thermal
+from carom.models import Andersen, Ball, Gravity, Kind, Ranges
+from carom.models.obstacles.with_properties import Thermal
 from carom.observables.flights import FlightSums, flights_of
 from carom.simulation.measuring import flying, stretches
 from carom.simulation.run_state import RunState
@@ -114,7 +111,6 @@ RULES = Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)
 FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
 
 
-@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("change", "settings", "says"),
     [
@@ -125,7 +121,7 @@ FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
         ({"drive": Andersen(1.0, rate=1.0)}, {}, "no drive"),
     ],
 )
-def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, says):
+def test_flights_are_refused_where_speeds_change_on_the_way(unscheduled, change, settings, says):
     sim = carom.Simulation(FLUID.replace(**change), **settings)
     with pytest.raises(InputError, match=f"FreeFlights needs {says}"):
         sim.measure(carom.FreeFlights(), time=1.0)

@@ -12,11 +12,11 @@ from helpers.plain import uncompiled
 import carom
 from carom.errors import FileError, InputError
 from carom.io.events import read_events, read_initial
-from carom.models import SquareWell, own
-from carom.models.obstacles.balls import Ball
+from carom.models import Ball, Shear, SquareWell, own
+from carom.models.interfaces.observer import ObserverModel
+from carom.models.interfaces.steps import CORE
+from carom.models.motions.shear import STAGES
 from carom.models.obstacles.named_walls import axes_without
-from carom.models.questions.observer import at_pair
-from carom.models.questions.steps import CORE
 from carom.simulation.explanation import explain
 from carom.simulation.measuring import stretches
 
@@ -100,14 +100,9 @@ def gas(d, *, speed=1.0, seed=1, **surface):
     box = (edge,) * d
     ball = Ball((edge / 2,) * d, 1.2, "ball", **surface)
     scene = carom.Scene.random(
-        n,
-        dimension=d,
-        box=box,
-        seed=seed,
-        walls=axes_without((*(d - 1) * [True], False)),
-        obstacles=[ball],
+        n, dimension=d, box=box, seed=seed, walls=axes_without((*(d - 1) * [True], False)), obstacles=[ball],
         diameter=1.0,
-    )
+    )  # fmt: skip
     velocities = np.random.default_rng(seed).normal(size=(n, d))
     return scene.replace(velocities=speed * velocities)
 
@@ -187,8 +182,7 @@ def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
     assert_equal(again.observers[0], whole.observers[0])
 
 
-@pytest.mark.usefixtures("plain")
-def test_an_observer_changes_no_bit_of_a_run():
+def test_an_observer_changes_no_bit_of_a_run(plain):
     scene = gas(2)
     frames = []
     for observers in ([], [seen(scene)]):
@@ -256,6 +250,64 @@ def test_events_of_steps_say_which_they_are():
 
 
 @own.observer
+class Ways:
+    """Ways between those who meet, the last event of two, and the last beginning of an epoch."""
+
+    time = own.memory(0.0, 2)
+
+    @own.memory
+    def squares(self, particles):
+        return np.array([np.inf, 0.0])
+
+    @own.memory
+    def pair(self, particles):
+        return np.zeros((3, len(particles.box)))
+
+    @own.memory
+    def all(self, particles):
+        return np.zeros((len(particles.radii), len(particles.box)))
+
+    def at_pair(self, event):
+        square = 0.0
+        for axis in range(len(event.r)):
+            square += event.r[axis] * event.r[axis]
+            self.pair[0, axis] = event.r[axis]
+            self.pair[1, axis] = event.x[0, axis]
+            self.pair[2, axis] = event.x[1, axis]
+        self.squares[0] = min(self.squares[0], square)
+        self.squares[1] = max(self.squares[1], square)
+        self.time[0] = event.time
+
+    def at_epoch(self, event):
+        self.time[1] = event.time
+        self.all[:] = event.x
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("period", [None, 12.0], ids=["steady", "oscillating"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_places_and_ways_in_a_shear_are_those_in_space(d, period):
+    scene = carom.Scene.random(16, 0.2, d, seed=1, motion=Shear(0.7, period=period))
+    sim, again = carom.Simulation(scene, seed=1, observers=[Ways()]), carom.Simulation(scene, seed=1)
+    sim.run(time=1.9)
+    found = sim.observers[0]
+    # A way is a difference of places of some diameters at a time that is rounded.
+    assert np.sqrt(found.squares) == pytest.approx(1.0, abs=64 * EPS)
+    met, began = found.time
+    assert met > 0.1
+    assert began > 0.1
+    r, x, y = found.pair
+    turns = (y - x - r) / scene.box
+    strain = scene.motion.strain(met, int(met * STAGES / period) if period else 0)
+    turns[0] -= strain * turns[1] * scene.box[1] / scene.box[0]
+    assert turns == pytest.approx(np.rint(turns), abs=64 * EPS)
+    again.run(time=began)
+    turns = (found.all - again.frame().positions) / scene.box  # the lattice may be laid anew there
+    assert turns == pytest.approx(np.rint(turns), abs=64 * EPS)
+    assert not np.rint(turns[:, 1:]).any()
+
+
+@own.observer
 class Result:
     """Collisions of a stretch, as a number."""
 
@@ -289,7 +341,7 @@ def test_measure_observes_a_stretch():
 class Wrong:
     """An observer of more components than there are."""
 
-    counts = own.memory(0, 10)
+    counts = own.memory(0, 3)
 
     def at_pair(self, event):
         self.counts[event.i] += 1
@@ -301,22 +353,13 @@ class Deaf(NamedTuple):
     counts: np.ndarray
 
 
-class Holding(NamedTuple):
+class Holding(ObserverModel):
     """An observer of what compiled code does not know."""
 
     counts: list
 
-
-@at_pair.register
-def _(observer: Holding, event):
-    return
-
-
-@dataclasses.dataclass
-class Worded:
-    """No observer either."""
-
-    counts: int = 0
+    def at_pair(self, event):
+        return
 
 
 SMALL = carom.Scene.random(20, 0.2, 2, seed=1)
@@ -326,7 +369,6 @@ SMALL = carom.Scene.random(20, 0.2, 2, seed=1)
     ("observers", "says"),
     [
         ([Deaf(np.zeros(1))], "a class with @own.observer"),
-        ([Worded()], "a class with @own.observer"),
         ([Wrong], "the class Wrong"),
         (Wrong(), "a list of observers"),
         ([Wrong()], "Wrong fails where Carom asks it in plain Python: IndexError"),
@@ -338,8 +380,14 @@ def test_what_is_no_observer_is_refused_in_a_sentence(observers, says):
         carom.Simulation(SMALL, observers=observers)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_several_workers_do_not_observe():
+def test_check_tells_an_observer_of_events():
+    with pytest.raises(
+        InputError, match=r"Wrong fails where .* Python: IndexError.* says dimensions=\(2,\)\."
+    ):
+        carom.check(Wrong())
+
+
+def test_several_workers_do_not_observe(unscheduled):
     scene = carom.Scene.crystal(cells=7, packing_fraction=0.3)
     observer = Result()
     with pytest.raises(InputError, match="because of Result, which observes every event when it happens"):
@@ -348,8 +396,7 @@ def test_several_workers_do_not_observe():
         sim.measure(observer, time=0.1)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_observers_of_a_file_are_given_again(tmp_path):
+def test_observers_of_a_file_are_given_again(unscheduled, tmp_path):
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
     sim.save(tmp_path / "run.h5")
@@ -363,8 +410,7 @@ def test_observers_of_a_file_are_given_again(tmp_path):
             carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=given)
 
 
-@pytest.mark.usefixtures("unscheduled")
-def test_explain_names_the_observers_and_their_arrays():
+def test_explain_names_the_observers_and_their_arrays(unscheduled):
     scene = gas(2)
     found = carom.Simulation(scene, observers=[seen(scene)]).explain()
     assert found.models["observers"] == "Seen"

@@ -4,7 +4,6 @@ import pytest
 from helpers import oracle_sums
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("kind", oracle_sums.KINDS)
-def test_sums_survive_chunks_samples_checkpoints_refits_and_larger_arrays(kind):
+def test_sums_survive_chunks_samples_checkpoints_refits_and_larger_arrays(plain, kind):
     assert oracle_sums.compare(kind) == oracle_sums.KINDS[kind]().count

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 STEPS = 400
@@ -51,11 +51,13 @@ def fall(
     diameter: Any = 1,
     restitution: Any = 1,
     contact_time: Any = 0,
+    bonds: Mapping[tuple[int, int], Any] | None = None,
     digits: int = 40,
 ) -> Iterator[Event]:
     """Yield one event after the other of particles, (n, d), of equal masses under the acceleration ``g``;
     ``box`` has 0 for axes that are not periodic, and a contact loses no energy where one of the pair had one
-    within ``contact_time`` (with a floor: with that floor).
+    within ``contact_time`` (with a floor: with that floor); ``bonds`` has the largest distance of pairs that
+    cannot part, i < j.
     """
     import mpmath
 
@@ -70,6 +72,7 @@ def fall(
     planes = [floor.over(context, size / 2) for floor in floors]
     n, d, now = len(x), len(field), number(0)
     recent: dict[Any, Any] = {}
+    longest = {pair: number(each) for pair, each in (bonds or {}).items()}
     met: Any = None
     while True:
         best: Any = math.inf
@@ -82,6 +85,10 @@ def fall(
             raise ValueError("Nobody falls on a floor: pairs could meet after any number of boxes.")
         for i, j in itertools.combinations(range(n), 2):
             r, u = _minus(x[j], x[i]), _minus(v[j], v[i])
+            if (i, j) in longest:
+                t = _parting(r, u, longest[i, j], context)
+                if t is not None and t < best:
+                    best, who = t, (i, j)
             for shift in itertools.product(*map(_shifts, r, u, edges, [best] * d, [size] * d)):
                 t = _contact([a + b for a, b in zip(r, shift, strict=True)], u, size, context)
                 if t is not None and t < best and not (met == (i, j) and t < number(10) ** (8 - digits)):
@@ -103,13 +110,23 @@ def fall(
             recent[i] = recent[j] = now
             r = _minus(x[j], x[i])
             r = [a - e * context.nint(a / e) if e else a for a, e in zip(r, edges, strict=True)]
-            along = sum(a * b for a, b in zip(r, _minus(v[j], v[i]), strict=True)) / (size * size)
+            along = sum(a * b for a, b in zip(r, _minus(v[j], v[i]), strict=True)) / sum(a * a for a in r)
             part = (1 + (number(1) if early else kept)) / 2
             for axis in range(d):
                 v[i][axis] += part * along * r[axis]
                 v[j][axis] -= part * along * r[axis]
         met = who
         yield Event(now, i, j, [list(row) for row in x], [list(row) for row in v])
+
+
+def over_a_floor(scene: Any, *floor: Any, **more: Any) -> Iterator[Event]:
+    """Yield the events of a scene between walls along its last axis, over a floor there: ``floor`` is what
+    :class:`Floor` takes after its normal, and ``more`` is handed to :func:`fall`.
+    """
+    across = (0,) * (scene.dimension - 1)
+    floors = [Floor((*across, 1), 0), Floor((*across, -1), -scene.box[-1]), Floor((*across, 1), *floor)]
+    places, velocities = scene.positions.tolist(), scene.velocities.tolist()
+    return fall(places, velocities, scene.motion.g, floors, box=(*scene.box[:-1], 0), **more)
 
 
 def _minus(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
@@ -131,6 +148,16 @@ def _contact(r: Sequence[Any], u: Sequence[Any], size: Any, context: Any) -> Any
         return None
     root = ru * ru - uu * (rr - size * size)
     return None if root < 0 else max((rr - size * size) / (context.sqrt(root) - ru), context.mpf(0))
+
+
+def _parting(r: Sequence[Any], u: Sequence[Any], longest: Any, context: Any) -> Any:
+    """Return the time until two are ``longest`` apart, or None if they rest relative to each other."""
+    rr, ru, uu = (sum(p * q for p, q in zip(a, b, strict=True)) for a, b in ((r, r), (r, u), (u, u)))
+    left = longest * longest - rr
+    if uu == 0:
+        return None
+    root = context.sqrt(ru * ru + uu * max(left, 0))
+    return max((root - ru) / uu, context.mpf(0))
 
 
 class _Plane:

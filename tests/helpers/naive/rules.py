@@ -146,15 +146,11 @@ class NaiveRules(NaiveSteps):
         unit.position, unit.velocity, unit.counts = list(self.x[i]), list(self.v[i]), self.counts(i)
         unit.memory = list(unit.memory)
         event = SimpleNamespace(
-            cause=cause,
-            circle=circle,
-            other=other,
-            kind=self.units[other].kind if other >= 0 else -1,
-            toward=toward,
-            distance=self._context.sqrt(sum(a * a for a in toward)),
+            cause=cause, circle=circle, other=other, kind=self.units[other].kind if other >= 0 else -1,
+            toward=toward, distance=self._context.sqrt(sum(a * a for a in toward)),
             velocity=list(self.v[other]) if other >= 0 else [self._context.mpf(0)] * len(self._box),
             time=self.time,
-        )
+        )  # fmt: skip
         return unit, event
 
     def _settle(self, decided: Any) -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.engine.neighbors.grid import coordinate_bits
-from carom.engine.neighbors.lists import FINE, Lists
+from carom.engine.neighbors.lists import FINE, NeighborLists
 from carom.engine.neighbors.sectors import Sectors
 
 BORDER_BELOW, BORDER_ABOVE, OWN, MAY_REACH_BORDER, READ_HALO, HISTORY, WRITE_HALO = 1, 2, 4, 8, 32, 64, 128
@@ -49,7 +49,7 @@ class InteractionRange(NamedTuple):
         return self.zone + 2 * self.pair
 
 
-def interaction_range(neighbors: Lists | Sectors, axis: int) -> InteractionRange:
+def interaction_range(neighbors: NeighborLists | Sectors, axis: int) -> InteractionRange:
     """Return how far things reach along an axis."""
     if isinstance(neighbors, Sectors):
         return InteractionRange(int(neighbors.shape[axis]), 2, 4, 1)
@@ -83,13 +83,13 @@ class Slabs(NamedTuple):
     conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
 
 
-def most_slabs(neighbors: Lists | Sectors, box) -> int:
+def most_slabs(neighbors: NeighborLists | Sectors, box) -> int:
     """Return how many slabs a box can have: an event may touch the next one, but not the one after it."""
     axis_range = interaction_range(neighbors, int(np.argmax(box)))
     return axis_range.layers // axis_range.zone
 
 
-def slabs_of(neighbors: Lists | Sectors, box, periodic, processes: int) -> Slabs:
+def slabs_of(neighbors: NeighborLists | Sectors, box, periodic, processes: int) -> Slabs:
     """Return a box in as many slabs, across its longest axis."""
     if 1 < processes > most_slabs(neighbors, box):
         raise ValueError(f"There is no room for {processes} slabs.")

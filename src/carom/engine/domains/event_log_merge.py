@@ -15,7 +15,7 @@ ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
 """A collision: its time within the epoch and its virial."""
 
 DETAIL = np.dtype([("impulse", "f8"), ("ref", "i8")])
-"""The magnitude of the momentum exchanged, and the word of the other, or ``OBSTACLE - k``."""
+"""The magnitude of the momentum exchanged, and the ref of the other, or ``OBSTACLE - k``."""
 
 
 class LpEvents(NamedTuple):
@@ -39,7 +39,7 @@ class AllEvents(NamedTuple):
 
 
 def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
-    """Return an empty ledger with room for a given number of collisions of each process."""
+    """Return empty arrays with room for a given number of collisions of each process."""
 
     def rows(kind):
         return aligned(processes * capacity, kind).reshape(processes, capacity)
@@ -51,7 +51,7 @@ def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
 
 
 def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
-    """Return the page of a process."""
+    """Return the rows of a process."""
     details = None if all_events.details is None else all_events.details[process]
     return LpEvents(
         all_events.used[process], all_events.entries[process], all_events.component[process], details
@@ -62,7 +62,7 @@ class LpRecorder(Observer):
     """The observer of a process: it notes its collisions."""
 
     last_virial: np.ndarray  # virial of the collision at hand, (1,) float64
-    lp_events: LpEvents  # the process's page of the ledger
+    lp_events: LpEvents  # the rows of the process
 
     def count_pair(self, i, j, virial):
         self.last_virial[0] = virial
@@ -82,14 +82,14 @@ class LpRecorder(Observer):
 
 
 def put_detail(details, k, ref, impulse):
-    """Note the word and the impulse of the k-th collision."""
+    """Note the ref and the impulse of the k-th collision."""
     if details is not None:
         details[k].ref = ref
         details[k].impulse = impulse
 
 
 def detail(details, process, k):
-    """Return the word and the impulse of the k-th collision of a process."""
+    """Return the ref and the impulse of the k-th collision of a process."""
     if details is None:
         return 0, 0.0
     return details[process, k].ref, np.float64(details[process, k].impulse)

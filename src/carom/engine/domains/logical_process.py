@@ -25,27 +25,25 @@ from carom.engine.domains.lp_state import (
     TIME,
     Channels,
 )
-from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.lists import NeighborLists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.interface import chained, listed
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
+from carom.models.interfaces.memory import remembers
+from carom.models.interfaces.particles import NEVER
 from carom.models.motions.free_flight import Inertial
 from carom.models.motions.gravity import Falling
-from carom.models.questions.interaction import growth, record_impulse
-from carom.models.questions.memory import error_message, remembers, shift_epoch
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import start_steps
 
-MEMORY = (shift_epoch, start_steps, error_message, growth, record_impulse)
+MEMORY = ("shift_epoch", "start_steps", "error_message", "growth_of", "record_impulse")
 """Questions that only a pair model answers whose arrays change during a run."""
 
 
-def obstacle_to_windows(engine: Engine) -> str | None:
+def why_not_parallel(engine: Engine) -> str | None:
     """Return what keeps an engine from running in windows, in words, or None."""
     model, neighbors = engine.model, engine.neighbors
-    if not isinstance(neighbors, Lists | Sectors):
+    if not isinstance(neighbors, NeighborLists | Sectors):
         return "its few or thinly spread components"
     if type(model.boundary) is not NearestImage or not isinstance(model.timing, FromRows):
         return "its small box, or its steps of pairs"
@@ -92,7 +90,7 @@ class LogicalProcess(NamedTuple):
 
 SCRATCH: dict[type, tuple[str, ...]] = {
     Sectors: ("neighbor_cells", "refs"),
-    Lists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
+    NeighborLists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
 }
 """What a neighbor scheme has for the search at hand alone."""
 
@@ -164,9 +162,9 @@ def make_process(
 
 
 def begin_window(
-    processes: list[LogicalProcess], epoch: int, start: float, end: float, lookahead: float
+    processes: list[LogicalProcess], epoch: int, start: float, end: float, time_window: float
 ) -> None:
-    """Let all begin a window without tallies and messages; ``lookahead`` is in widths of a bucket."""
+    """Let all begin a window without tallies and messages; ``time_window`` is in widths of a bucket."""
     channels = processes[0].engine.calendar.channels  # type: ignore[attr-defined]
     channels.published_time[:, 0], channels.published_time[:, 1] = start, -NEVER
     for shared in (channels.sent_count, channels.acknowledged, channels.border_locks):
@@ -179,7 +177,7 @@ def begin_window(
             lp[name] = 0
         for name in ("local_time", "announced_time", "announced_horizon"):
             lp[name] = -NEVER
-        lp["unread"], lp["window_end"], lp["lookahead"] = NEVER, end, lookahead
+        lp["unread"], lp["window_end"], lp["time_window"] = NEVER, end, time_window
         calendar.history[:, TIME] = -NEVER
         process.engine.tallies.view(np.ndarray)[:] = 0
 

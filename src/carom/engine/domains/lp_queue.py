@@ -8,6 +8,14 @@ import numpy as np
 
 from carom.compiling.instructions import load, store, yield_thread
 from carom.engine.calendar import MOST_NEW_ENTRIES, Calendar, buckets_in_window, insert, pop, time_of
+from carom.engine.domains.announcements import (
+    HORIZON,
+    PREFETCH_AHEAD,
+    announce_at_borders,
+    prefetch_bucket,
+    scan_bucket,
+    withdraw,
+)
 from carom.engine.domains.decomposition import (
     ANNOUNCED,
     BORDER_BELOW,
@@ -17,14 +25,6 @@ from carom.engine.domains.decomposition import (
     PATCHES,
     READ_HALO,
     WRITE_HALO,
-)
-from carom.engine.domains.lookahead import (
-    HORIZON,
-    PREFETCH_AHEAD,
-    announce_at_borders,
-    prefetch_bucket,
-    scan_bucket,
-    withdraw,
 )
 from carom.engine.domains.lp_state import (
     INTERIOR,
@@ -48,7 +48,7 @@ from carom.engine.domains.synchronization import (
     no_straggler,
     no_straggler_at_border,
 )
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 
 class LpQueue(Calendar):

@@ -33,7 +33,7 @@ LP_STATE = np.dtype(
         ("me", "i8"),
         ("processes", "i8"),
         ("axis", "i8"),
-        ("lookahead", "f8"),
+        ("time_window", "f8"),
         ("spins_before_yield", "i8"),
         ("held_borders", "i8"),
         ("waits", "i8"),
@@ -56,8 +56,8 @@ LP_STATE = np.dtype(
 )
 """What one process knows of itself.
 
-``me``: its number of ``processes``; ``axis``: as in ``Slabs``; ``lookahead``: widths of a bucket that it may
-be ahead of others; ``spins_before_yield``: refusals after which it lets another thread have the core;
+``me``: its number of ``processes``; ``axis``: as in ``Slabs``; ``time_window``: widths of a bucket that it
+may be ahead of others; ``spins_before_yield``: refusals after which it lets another thread have the core;
 ``held_borders``: borders that it holds; ``waits``: how often in a row; ``processed``: events noted,
 ``local_time`` the time of the latest, ``stragglers``: how many came after a later one; ``announced_time`` and
 ``announced_horizon``: what it has announced, ``announced_bucket``: in which bucket; ``window_end``: the end
@@ -105,7 +105,7 @@ def row_of(calendar, i, k):
 
 
 def patch_at(calendar, side, process, patch_row, column):
-    """Return where the board has what a process announces in a patch of its border on a side."""
+    """Return the place of what a process announces in a patch of its border on a side."""
     return (2 * process + side) * PATCHES + patch_row * calendar.patches[1] + column
 
 

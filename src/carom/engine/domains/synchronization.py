@@ -27,7 +27,7 @@ from carom.engine.domains.lp_state import (
     slot_of,
 )
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop
 
@@ -46,7 +46,7 @@ def no_earlier_event(calendar, side, now, i):
     safe_time = load(channels.published_time, LINE * other)
     if safe_time > now or (safe_time == now and lp.me < other):
         return True
-    too_far = safe_time + lp.lookahead * calendar.control[0].width <= now
+    too_far = safe_time + lp.time_window * calendar.control[0].width <= now
     if too_far or load(channels.published_time, LINE * other + 1) <= now:
         return False
     rows, columns = calendar.patches[0], calendar.patches[1]

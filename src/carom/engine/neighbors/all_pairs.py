@@ -32,8 +32,7 @@ from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
 from carom.engine.search import Timing, relative
 from carom.engine.state import aligned
-from carom.models.questions.interaction import core_square, growth, interaction_time
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 WIDENED = 1.0 + 2.0**-10
 """Factor on how near is near, for the rounding of paths that are boxes long: 1e-3 of a diameter, in boxes of
@@ -75,7 +74,7 @@ class Everybody(NeighborScheme):
     lined_up_epoch: np.ndarray
     """The epoch that this is true for, (1,) int64."""
     names: np.ndarray
-    """0 to n - 1, and the ghost from there on, uint32."""
+    """0 to n - 1, and the padding row from there on, uint32."""
     paths: np.ndarray
     """Of a block of pairs, ((2 d - 1) BLOCK,) uint16: for all axes but one where the next plane is passed and
     by how much more the one after it is [units]; the mark.
@@ -295,7 +294,7 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
             continue
         start_index = approach(everybody, model, state, i, j, now, now + at_plane)
         rr, rv, vv = relative(model, state, i, j, start_index)
-        event_time = start_index + interaction_time(model.pair, i, j, rr, rv, vv, start_index)
+        event_time = start_index + model.pair.interaction_time(i, j, rr, rv, vv, start_index)
         repeats = j == avoided and event_time <= now
         if event_time <= everybody.span and not repeats:
             return start_index, event_time
@@ -369,8 +368,8 @@ def choose(everybody, model, state, tally, i):
 
 def curved_meeting(model, state, i, j, now, limit, span):
     """Return the time until i and j touch, or NEVER beyond ``limit``, and whether they do so already."""
-    contact = np.sqrt(core_square(model.pair, i, j, now))
-    rate = growth(model.pair, i) + growth(model.pair, j)
+    contact = np.sqrt(model.pair.core_square(i, j, now))
+    rate = model.pair.growth_of(i) + model.pair.growth_of(j)
     rows = state.rows
     me, other = rows[i], rows[j]
     return model.motion.meeting_time(me, other, now, contact, rate, limit, span)

@@ -10,7 +10,7 @@ from carom.engine.boundary import NearestImage, SectorImage
 from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
 from carom.engine.neighbors.bounds import EqualBounds, UnequalBounds
 from carom.engine.neighbors.grid import make_grid, make_tilt_window
-from carom.engine.neighbors.lists import Lists, make_lists
+from carom.engine.neighbors.lists import NeighborLists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.neighbors.sizes import (
@@ -109,10 +109,10 @@ def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> n
         if slack > 0.0
     ]
     extra_slack = np.minimum(0.5 * system.diameter - radii, min(most_free, default=0.0))
-    return system.particles.with_ghost(SLACK * extra_slack, np.float32)
+    return system.particles.with_padding(SLACK * extra_slack, np.float32)
 
 
-def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
+def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> NeighborLists:
     """Return empty lists."""
     n, dimension = system.n, system.dimension
     sizes = system.reaches
@@ -131,14 +131,14 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
         around = cells_around(levels, spans, system.listed_stretch)
         starts = starts_of(bound, system, scheme.capacity)
         longest, refs = int(np.diff(starts).max()), int(starts[-1])
-        ghostly = system.particles.with_ghost(bound)
-        marks = system.particles.with_ghost(levels.levels, np.uint8)
+        padded = system.particles.with_padding(bound)
+        marks = system.particles.with_padding(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
         rest = starts, marks, len(shapes), largest
         if system.rates is None:
-            bounds = UnequalBounds(ghostly, system.particles.with_ghost(bound - sizes) * SLACK, *rest)
+            bounds = UnequalBounds(padded, system.particles.with_padding(bound - sizes) * SLACK, *rest)
         else:
-            bounds = UnequalBounds(ghostly, ghostly, *rest, pair.radii, pair.rates, SLACK)
+            bounds = UnequalBounds(padded, padded, *rest, pair.radii, pair.rates, SLACK)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
     window = make_tilt_window(motion)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.engine.state import aligned
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 CAPACITY = 16
 """Contacts kept for each component. Of more the earliest are kept."""

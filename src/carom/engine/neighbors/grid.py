@@ -3,8 +3,8 @@
 Points are fractions of the box along each axis, in integers side by side in one word of 64 bits: differences
 are the nearest image's by themselves, and exact. In a lattice that tilts (``carom.models.motions.shear``)
 they move with the stream and drift apart, so two are listed if theirs are near at *any* tilt of a window.
-Lists are made anew before the tilt leaves it; None in its place is a box at rest. ``lists`` is a ``Lists``,
-of which only the points, their window and the grid are needed here.
+Lists are made anew before the tilt leaves it; None in its place is a box at rest. ``lists`` is a
+``NeighborLists``, of which only the points, their window and the grid are needed here.
 """
 
 from __future__ import annotations
@@ -96,10 +96,8 @@ def from_reference(window, motion, lists, boundary, me, point, axis, now):
 
 def speed_from_reference(window, motion, lists, boundary, me, point, axis, now):
     """Return how fast that changes."""
-    if window is None:
-        return np.float64(me.v[axis])
     v = np.float64(motion.velocity_at(axis, me.v, now - me.t))
-    if axis == 0:
+    if window is not None and axis == 0:
         v += motion.rate * _along_lattice(motion, lists, boundary, me, point, 1, now)
     return v
 

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 from carom.compiling.registry import Questions
-from carom.engine.search import NO_REF, nearest
+from carom.engine.search import NO_REF, earliest
 
 
 class NeighborScheme(Questions):
     """Who can meet whom next."""
 
     def candidates(self, boundary, i, half):
-        """Return words (uint32) of whom i can meet before a one-component event, where they begin, how many.
+        """Return refs (uint32) of whom i can meet before a one-component event, where they begin, how many.
 
-        Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
-        where words have to be put together.
+        Eight more can be read behind the last, each a ref of somebody. ``half`` (0 or 1) is the room to use
+        where refs have to be put together.
         """
         raise NotImplementedError
 
     def earliest_partner(self, model, state, i, now, half, avoided):
-        """Return the word of whom i meets first but the one ``avoided``, or -1, and about when."""
+        """Return the ref of whom i meets first but the one ``avoided``, or -1, and about when."""
         refs, start_index, count = self.candidates(model.boundary, i, half)
-        return nearest(model, state, i, now, refs, start_index, count, half, avoided)
+        return earliest(model, state, i, now, refs, start_index, count, half, avoided)
 
     def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
         """Return the same of the newcomers of a transit."""
-        return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
+        return earliest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
     def transit_time(self, motion, boundary, state, i, now):
         """Return the time at which component i leaves its sector, or soon leaves the sphere of its list."""

@@ -34,15 +34,15 @@ from carom.engine.neighbors.grid import (
 )
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
-from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
-from carom.engine.rules import recount_word
+from carom.engine.pair_steps import fresh_ref, named, put_newcomer, standing, stepped_ref
+from carom.engine.rules import recount_ref
 from carom.engine.state import aligned, filled
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 FINE = 12  # layers across a box, which workers share, are two to this power
 
 
-class Lists(NeighborScheme):
+class NeighborLists(NeighborScheme):
     """Components by neighbor."""
 
     bounds: Any  # EqualBounds or UnequalBounds
@@ -62,7 +62,7 @@ class Lists(NeighborScheme):
     hits: np.ndarray  # which of them are to be listed, (room,) int64
     counts: np.ndarray  # how many neighbors, (n,) uint16, or int32 where there is room for more
     steps: Any
-    """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
+    """How refs name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
     window: Any  # tilts of the lattice that the lists are for (:mod:`.grid`), or None where none tilts
 
     def candidates(self, boundary, i, half):
@@ -80,12 +80,17 @@ class Lists(NeighborScheme):
             rr += r * r
             b += r * v
             v_sq += v * v
-        if v_sq == 0.0 and rate == 0.0:
+        bend = motion.bend()
+        if v_sq == 0.0 and rate == 0.0 and bend == 0.0:
             return NEVER
         # No later than |r + v t| = slack - rate t, and mostly some per cent before: a root and a branch would
         # cost more than the renewals that come too early (docs/decisions/08-tried-and-left.md).
         c = max(slack * slack - rr, 0.0)
-        return now + c / (b + slack * (root_above(v_sq) + abs(rate)))
+        b += slack * (root_above(v_sq) + abs(rate))
+        if bend == 0.0:
+            return now + c / b
+        # The path has bent by bend t^2 / 2 at most: as if the slack shrank faster, by bend t / 2.
+        return now + 2.0 * c / (b + np.sqrt(b * b + 4.0 * slack * bend * c))
 
     def must_renew(self, motion, length):
         return ends_with(self.window, motion, length)
@@ -137,7 +142,7 @@ class Lists(NeighborScheme):
         open_window(self.window, motion)
         self.members[:] = 0
         self.counts[:] = 0
-        self.refs[:] = fresh_word(self.steps, 0, len(self.counts))
+        self.refs[:] = fresh_ref(self.steps, 0, len(self.counts))
         for i in range(len(state.partner)):
             own_class = self.bounds.size_class(i)
             new_point = reference_of(self, motion, state, i, now)
@@ -153,13 +158,13 @@ class Lists(NeighborScheme):
         start_index = self.bounds.start(i)
         for k in range(start_index, start_index + self.counts[i]):
             if named(self.steps, self.refs[k]) == j:
-                self.refs[k] = stepped_word(self.steps, j, step)
+                self.refs[k] = stepped_ref(self.steps, j, step)
                 break
 
     def recount_listed(self, rules, boundary, i, was):
         start_index = self.bounds.start(i)
         for k in range(start_index, start_index + self.counts[i]):
-            recount_word(self, rules, boundary, i, self.refs[k], was)
+            recount_ref(self, rules, boundary, i, self.refs[k], was)
 
     def layer_of(self, i, axis):
         return grid_coordinate(self, self.reference[i], axis) >> (bits(self) - FINE)
@@ -178,12 +183,12 @@ def make_lists(
     longest: int,
     pair_steps: Any = None,
     window: Any = None,
-) -> Lists:
+) -> NeighborLists:
     """Return empty lists for ``n`` components.
 
     Reference points are fractions of ``spans`` (d floats [length]). A cell holds ``cell_capacity``
     components, 8 at least; all lists hold ``refs`` neighbors, the longest ``longest``. ``pair_steps``
-    (PairSteps, SpeciesSteps or None) says how words name steps, ``window`` (TiltWindow or None) the tilts of
+    (PairSteps, SpeciesSteps or None) says how refs name steps, ``window`` (TiltWindow or None) the tilts of
     the lattice.
     """
     nobody = n if pair_steps is None else n << pair_steps.bits
@@ -191,7 +196,7 @@ def make_lists(
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
     found_capacity = min(int(blocks.max()) * cell_capacity, n) + 2 * LANES
-    return Lists(
+    return NeighborLists(
         bounds=bounds,
         grid=grid,
         cells=aligned((cells + 1) * cell_capacity, np.uint32).reshape(cells + 1, cell_capacity),
@@ -227,7 +232,7 @@ def unlink(lists, i, j):
         if named(lists.steps, lists.refs[k]) == j:
             lists.refs[k] = lists.refs[last]
             break
-    lists.refs[last] = fresh_word(lists.steps, i, len(lists.counts))
+    lists.refs[last] = fresh_ref(lists.steps, i, len(lists.counts))
     lists.counts[i] = count
 
 
@@ -240,7 +245,7 @@ def listed_fully(lists, i):
 def link(lists, i, j):
     """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
-    lists.refs[lists.bounds.start(i) + count] = fresh_word(lists.steps, i, j)
+    lists.refs[lists.bounds.start(i) + count] = fresh_ref(lists.steps, i, j)
     lists.counts[i] = count + 1
 
 
@@ -289,7 +294,7 @@ def reference_of(lists, motion, state, i, now):
 def rebuild_list(lists, motion, state, i, now):
     """Take a new reference point for i and renew its list; return the newcomers, -1 without room."""
     me = np.uint32(i)
-    nobody = fresh_word(lists.steps, i, len(lists.counts))
+    nobody = fresh_ref(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
     new_point = reference_of(lists, motion, state, i, now)
     own_class = lists.bounds.size_class(i)

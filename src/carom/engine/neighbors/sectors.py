@@ -13,7 +13,7 @@ from carom.compiling.registry import cold
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
 from carom.engine.state import aligned, filled
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
 
@@ -36,7 +36,7 @@ class Sectors(NeighborScheme):
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
     cell: np.ndarray
-    """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
+    """Sector of each component along each axis, (n + 1, d) int32; the padding row has one, too."""
     wraps: np.ndarray
     """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d)
     int32.
@@ -291,7 +291,7 @@ def remove_member(sectors, cell, i):
 
 
 def copy_members(sectors, boundary, cell, code, total):
-    """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
+    """Append the refs of the first eight at most in a sector at ``total``; return how many are in it.
 
     Eight are always copied: sectors hold a few each, and a loop over the right number would be mispredicted.
     """
@@ -301,7 +301,7 @@ def copy_members(sectors, boundary, cell, code, total):
 
 
 def copy_all_members(sectors, boundary, cell, code, total):
-    """Append the words of all in a sector at ``total``; return how many they are."""
+    """Append the refs of all in a sector at ``total``; return how many they are."""
     count = copy_members(sectors, boundary, cell, code, total)
     for start in range(LANES, count, LANES):
         copy_code(sectors, boundary, cell, start, code, total + start)
@@ -309,7 +309,7 @@ def copy_all_members(sectors, boundary, cell, code, total):
 
 
 def copy_code(sectors, boundary, cell, start, code, total):
-    """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
+    """Copy the refs of the eight members of a sector from ``start`` on to ``total``."""
     bits = boundary.index_bits()
     code = code if bits > 0 else 0
     copy_words(sectors.members, cell, start, sectors.refs, total, bits, code)

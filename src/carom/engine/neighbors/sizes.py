@@ -227,12 +227,13 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
             f"Neighbor lists with a reach of {list_range:g} need box edges of at least {needed:g}, "
             f"the shortest is {system.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
-    if not system.listable:
-        if system.stepped:
-            raise ValueError(
-                "Steps of pairs are kept in lists, which are for straight flight: leave out motion."
-            )
-        raise ValueError("Neighbor lists are for straight flight; use neighbors='sectors' for this motion.")
+    if not (system.listable or system.bounded):
+        instead = "leave out motion" if system.stepped else "use neighbors='sectors' for this motion"
+        name = type(system.motion).__name__
+        raise ValueError(
+            f"Neighbor lists follow paths whose acceleration has a bound, which {name} does not tell: give "
+            f"it a method bend, or {instead}."
+        )
 
 
 def default_list_range(system: System) -> float:

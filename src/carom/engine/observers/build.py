@@ -23,20 +23,20 @@ def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: boo
     """Return what observes a scene, at the start; ``lossy`` if contacts may change the energy."""
     particles = system.particles
     made: list[Any] = []
-    kinds = None if system.kinds is None else particles.with_ghost(system.kinds, np.int64)
+    species = None if system.species is None else particles.with_padding(system.species, np.int64)
     if system.straight and lossy:
         made.append(make_balance(particles.masses, velocities, system.still))
     if isinstance(system.motion, Shear):
         rate = float(system.unit.to_kernel(system.motion.rate, -1))
-        made.append(make_stream_sums(rate, particles.masses, velocities))
-    if kinds is not None:
-        made.append(make_by_species(kinds))
+        made.append(make_stream_sums(rate, particles.masses, velocities, system.still))
+    if species is not None:
+        made.append(make_by_species(species))
     if system.currents:
         held = make_held(system.n, system.dimension, pair.energy) if system.stepped else None
-        made.append(make_currents(particles.masses, velocities, kinds, held))
+        made.append(make_currents(particles.masses, velocities, species, held))
     if system.flights:
         inverse = pair.inverse if isinstance(pair, PinnedCores) else None
-        made.append(make_flights(system.n, kinds, inverse))
+        made.append(make_flights(system.n, species, inverse))
     return chained([*made, *owned(system)])
 
 

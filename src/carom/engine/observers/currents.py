@@ -15,9 +15,8 @@ import numpy as np
 
 from carom.engine.observers.energy import drift_of
 from carom.engine.observers.interface import Observer
-from carom.models.questions.interaction import mass
-from carom.models.questions.memory import ROOM, parameter, present
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.memory import ROOM, parameter, present
+from carom.models.interfaces.particles import NEVER
 
 
 class Held(NamedTuple):
@@ -39,7 +38,7 @@ class Currents(Observer):
 
     drift: Annotated[np.ndarray, present(-1)]
     """Velocity of the center of mass, (d,) float64."""
-    kinds: np.ndarray
+    species: np.ndarray
     """Species of each component, (n + 1,) int64."""
     flow: Annotated[np.ndarray, present()]
     """Currents now, (s + d + K d,): sum of m v_a v_b; sum of the energy of each component times its v_a; sum
@@ -82,9 +81,9 @@ class Currents(Observer):
             w[p] = np.float64(other.v[p]) - currents.drift[p]
             after[p] = v[p] + a * x
             later[p] = w[p] - b * x
-        first = mass(model.pair, i)
-        second = mass(model.pair, j)
-        kind, other_kind = currents.kinds[i], currents.kinds[j]
+        first = model.pair.mass_of(i)
+        second = model.pair.mass_of(j)
+        kind, other_kind = currents.species[i], currents.species[j]
         gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
         lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
         pass_over(currents.held, currents.flow, i, j, event.before, event.after, v, after, w, later)
@@ -105,10 +104,10 @@ class Currents(Observer):
         currents.upcoming[0] -= length
         currents.flow[:] = 0.0
         v = currents.room[1]
-        for i in range(len(rows) - 1):  # the last row is the ghost
+        for i in range(len(rows) - 1):  # the last row is padding
             for p in range(len(v)):
                 v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
-            enter(currents, mass(model.pair, i), currents.kinds[i], v, 1.0)
+            enter(currents, model.pair.mass_of(i), currents.species[i], v, 1.0)
             carry_held(currents.held, currents.flow, i, v)
 
     def at_rest(self, now, since):
@@ -117,14 +116,14 @@ class Currents(Observer):
         self.upcoming[0] -= now - since
 
 
-def make_currents(masses, velocities, kinds, held=None) -> Currents:
+def make_currents(masses, velocities, species, held=None) -> Currents:
     """Return the currents of components with velocities (n, d) and species or None, without energy yet."""
     n, d = velocities.shape
-    count = 0 if kinds is None else int(kinds.max()) + 1
+    count = 0 if species is None else int(species.max()) + 1
     size = d * (d + 1) // 2 + d
     currents = Currents(
         drift=drift_of(masses, velocities),
-        kinds=np.zeros(n + 1, np.int64) if kinds is None else kinds,
+        species=np.zeros(n + 1, np.int64) if species is None else species,
         flow=np.zeros(size + count * d),
         carried=np.zeros(size + count * d),
         thrown=np.zeros(size),
@@ -138,8 +137,8 @@ def make_currents(masses, velocities, kinds, held=None) -> Currents:
     v = velocities - currents.drift
     tensor = np.einsum("i,ia,ib->ab", masses, v, v)
     heat = 0.5 * np.einsum("i,ib,ib,ia->a", masses, v, v, v)
-    species = [v[kinds[:n] == k].sum(axis=0) for k in range(count)]
-    currents.flow[:] = np.concatenate([tensor[np.triu_indices(d)], heat, *species])
+    momenta = [v[species[:n] == k].sum(axis=0) for k in range(count)]
+    currents.flow[:] = np.concatenate([tensor[np.triu_indices(d)], heat, *momenta])
     return currents
 
 

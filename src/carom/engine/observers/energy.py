@@ -11,8 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from carom.engine.observers.interface import Observer
-from carom.models.questions.interaction import mass
-from carom.models.questions.memory import kept, present
+from carom.models.interfaces.memory import kept, present
 
 
 class Balance(Observer):
@@ -39,12 +38,12 @@ class Balance(Observer):
         hold(self, length)
         rows = state.rows
         twice = 0.0
-        for i in range(len(rows) - 1):  # the last row is the ghost
+        for i in range(len(rows) - 1):  # the last row is padding
             square = 0.0
             for axis in range(len(self.drift)):
                 v = np.float64(rows[i].v[axis]) - self.drift[axis]
                 square += v * v
-            twice += mass(model.pair, i) * square
+            twice += model.pair.mass_of(i) * square
         self.energy[0] = 0.5 * twice
         self.since[0] = 0.0
 
@@ -64,7 +63,7 @@ def drift_of(masses, velocities) -> np.ndarray:
 def make_balance(masses, velocities, still) -> Balance:
     """Return the balance before any change; ``still`` are the axes that conserve momentum."""
     drift = np.where(still, drift_of(masses, velocities), 0.0)
-    energy = 0.5 * float(masses @ ((velocities - drift) ** 2).sum(axis=1))
+    energy = 0.5 * float(masses @ np.square(velocities - drift).sum(axis=1))
     return Balance(drift, np.array([energy]), np.zeros(1), np.zeros(1))
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from carom.engine.observers.interface import Observer
-from carom.models.questions.memory import ROOM
+from carom.models.interfaces.memory import ROOM
 
 
 class Log(Observer):
@@ -17,7 +17,7 @@ class Log(Observer):
     epoch: Annotated[np.ndarray, ROOM]  # epoch of each event, int64
     time: Annotated[np.ndarray, ROOM]  # time within the epoch, float64
     i: Annotated[np.ndarray, ROOM]  # the component of lower index, int32
-    ref: Annotated[np.ndarray, ROOM]  # the word of the other, or the code of an event of one component, int32
+    ref: Annotated[np.ndarray, ROOM]  # the other, or the code of an event of one component, int32
     impulse: Annotated[np.ndarray, ROOM]  # magnitude of momentum exchanged, float64
 
     def is_full(self):

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from carom.engine.observers.interface import Observer
-from carom.models.questions.memory import present
+from carom.models.interfaces.memory import present
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
@@ -16,7 +16,7 @@ BINS = 256
 class Flights(Observer):
     """What flights and collisions add up to, by species."""
 
-    kinds: np.ndarray
+    species: np.ndarray
     """Species of each component, (n + 1,) int64."""
     moves: np.ndarray
     """Whether each component flies at all, (n,) uint8: 0 where it is pinned."""
@@ -44,7 +44,7 @@ class Flights(Observer):
         flights, i, j, now = self, event.i, event.j, event.now
         for c in (i, j):
             if flights.moves[c] and flights.last[c] <= now:  # the first flight began before anybody looked
-                kind = flights.kinds[c]
+                kind = flights.species[c]
                 square = 0.0
                 for axis in range(len(state.rows[c].v)):
                     v = np.float64(state.rows[c].v[axis])
@@ -59,12 +59,12 @@ class Flights(Observer):
             flights.last[c] = now
         for c, other in ((i, j), (j, i)):
             if flights.partners[c] >= 0:
-                flights.returns[flights.kinds[c], 0] += 1.0
+                flights.returns[flights.species[c], 0] += 1.0
                 if flights.partners[c] == other:
-                    flights.returns[flights.kinds[c], 1] += 1.0
+                    flights.returns[flights.species[c], 1] += 1.0
             flights.partners[c] = other
-        a = min(flights.kinds[i], flights.kinds[j])
-        b = max(flights.kinds[i], flights.kinds[j])
+        a = min(flights.species[i], flights.species[j])
+        b = max(flights.species[i], flights.species[j])
         u = abs(event.rv) / np.sqrt(event.rr)
         flights.speeds[a, b, bin_of(u, flights.widths[2])] += 1
         flights.met[a, b, 0] += 1.0
@@ -77,11 +77,11 @@ class Flights(Observer):
         return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}
 
 
-def make_flights(n: int, kinds, inverse) -> Flights:
+def make_flights(n: int, species, inverse) -> Flights:
     """Return empty histograms; ``inverse`` are inverse masses (n + 1,) where some are pinned, or None."""
-    count = 1 if kinds is None else int(kinds.max()) + 1
+    count = 1 if species is None else int(species.max()) + 1
     return Flights(
-        np.zeros(n + 1, np.int64) if kinds is None else kinds,
+        np.zeros(n + 1, np.int64) if species is None else species,
         np.ones(n, np.uint8) if inverse is None else (inverse[:n] > 0.0).astype(np.uint8),
         np.full(n, np.inf),
         np.ones(3),

@@ -1,7 +1,7 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
-An observer is a ``NamedTuple`` of arrays in the engine's unit of time, whose fields say what a checkpoint
-keeps (``carom.models.questions.memory``). Compiled code asks all but ``at_rest`` and ``limits``.
+An observer is a tuple of arrays in the engine's unit of time, whose fields say what a checkpoint
+keeps (``carom.models.interfaces.memory``). Compiled code asks all but ``at_rest`` and ``limits``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import Questions
-from carom.models.questions.memory import arrays_in
+from carom.models.interfaces.memory import arrays_in
 
 
 class Observer(Questions):
@@ -34,7 +34,7 @@ class Observer(Questions):
     def record(self, clock, i, ref, impulse):
         """Write down an event at the time of the ``clock``: i, the lower index, and the momentum exchanged.
 
-        ``ref`` is the word of the other, or the code of an event of one component
+        ``ref`` names the other, or the code of an event of one component
         (:mod:`carom.engine.constants`).
         """
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from carom.compiling import registry
 from carom.engine.observers.interface import Observer
-from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
-from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
+from carom.models.interfaces.memory import GIVEN, ORIGIN, ROOM, UNIT
+from carom.models.interfaces.observer import Epoch, ObstacleEvent, PairEvent
 
 
 class Own(Observer):
     """An observer of the user's own, and room for what it is told."""
 
-    observer: Annotated[Any, GIVEN]  # the user's NamedTuple
+    observer: Annotated[Any, GIVEN]  # the user's model
     origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, (1,) float64."""
     exponent: Annotated[int, UNIT]  # the engine's unit of time is two to this power of the scene's
@@ -30,17 +30,18 @@ class Own(Observer):
     all_v: Annotated[np.ndarray, ROOM]  # (n, d), likewise
 
     def before_pair(self, model, state, event):
-        _write(self, state, event.i, self.before, 0)
-        _write(self, state, event.j, self.before, 1)
-        for axis in range(len(model.boundary.edges)):
-            x = self.x[1, axis] - self.x[0, axis]
-            self.r[axis] = model.boundary.separation(event.i, event.ref, axis, x)
+        _write(self, model, state, event.i, event.now, self.before[0], self.x[0])
+        _write(self, model, state, event.j, event.now, self.before[1], self.x[1])
+        me, other = state.rows[event.i], state.rows[event.j]
+        for axis in range(len(self.r)):
+            self.r[axis] = model.motion.contact_vector(
+                model.boundary, event.i, event.ref, axis, me, other, event.now
+            )
 
     def after_pair(self, model, state, event):
-        _write(self, state, event.i, self.after, 0)
-        _write(self, state, event.j, self.after, 1)
-        at_pair(
-            self.observer,
+        _write(self, model, state, event.i, event.now, self.after[0], self.x[0])
+        _write(self, model, state, event.j, event.now, self.after[1], self.x[1])
+        self.observer.at_pair(
             PairEvent(
                 event.i,
                 event.j,
@@ -55,14 +56,13 @@ class Own(Observer):
         )
 
     def before_obstacle(self, model, state, i, now):
-        _write(self, state, i, self.before, 0)
+        _write(self, model, state, i, now, self.before[0], self.x[0])
 
     def after_obstacle(self, model, state, event):
-        _write(self, state, event.i, self.after, 0)
+        _write(self, model, state, event.i, event.now, self.after[0], self.x[0])
         for axis in range(len(model.boundary.edges)):
             self.normal[axis] = model.obstacles.image[axis]
-        at_obstacle(
-            self.observer,
+        self.observer.at_obstacle(
             ObstacleEvent(
                 event.i,
                 self.places[event.number],
@@ -73,25 +73,23 @@ class Own(Observer):
                 self.after[0],
                 math.ldexp(np.float64(event.momentum), -self.exponent),
                 math.ldexp(np.float64(event.energy), -2 * self.exponent),
+                np.float64(model.pair.radius_of(event.i, event.now)),
             ),
         )
 
     def at_epoch(self, model, state, length):
         for i in range(len(self.all_x)):
-            row = state.rows[i]
-            for axis in range(len(row.x)):
-                self.all_x[i, axis] = row.x[axis]
-                self.all_v[i, axis] = math.ldexp(np.float64(row.v[axis]), -self.exponent)
+            _write(self, model, state, i, length, self.all_v[i], self.all_x[i])
         if len(self.all_x) > 0:
             time = _time(self, state, length)
-            at_epoch(self.observer, Epoch(time, self.all_x, self.all_v))
+            self.observer.at_epoch(Epoch(time, self.all_x, self.all_v))
 
 
 def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:
     """Return what the engine tells an observer of n components; ``numbers`` are those of obstacles."""
     places = np.full(max(numbers, default=-1) + 1, -1)
     places[numbers] = np.arange(len(numbers))
-    rows = n if registry.answers(at_epoch, type(observer)) else 0
+    rows = n if registry.answers("at_epoch", type(observer)) else 0
     return Own(
         observer=observer,
         origin=np.array([origin]),
@@ -112,12 +110,12 @@ def name_of(observer) -> str:
     return type(observer.observer if isinstance(observer, Own) else observer).__name__
 
 
-def _write(own, state, i, velocities, slot):
-    """Write position and velocity of component i, which is up to date, into a row of the rooms."""
+def _write(own, model, state, i, now, v, x):
+    """Write velocity and position of component i, which is up to date at ``now``, into rooms (d,)."""
     row = state.rows[i]
     for axis in range(len(row.x)):
-        own.x[slot, axis] = row.x[axis]
-        velocities[slot, axis] = math.ldexp(np.float64(row.v[axis]), -own.exponent)
+        x[axis] = model.motion.in_space(axis, row.x, now)
+        v[axis] = math.ldexp(np.float64(row.v[axis]), -own.exponent)
 
 
 def _time(own, state, now):

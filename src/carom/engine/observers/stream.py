@@ -1,7 +1,8 @@
 """Energy and pressure tensor of a sheared box (``carom.models.motions.shear``), exact between contacts.
 
-Of peculiar velocities u ``M_ab = sum m u_a u_b`` changes in flight, as u_0 falls by ``rate u_1`` a time:
-``M_0b`` is linear in time, ``M_00`` a parabola. So their integrals are sums over contacts.
+Of peculiar velocities u about that of the center of mass ``M_ab = sum m u_a u_b`` changes in flight, as u_0
+falls by ``rate u_1`` a time: ``M_0b`` is linear in time, ``M_00`` a parabola. So their integrals are sums
+over contacts. The velocity of the center of mass falls likewise.
 """
 
 from __future__ import annotations
@@ -10,16 +11,17 @@ from typing import Annotated
 
 import numpy as np
 
+from carom.engine.observers.energy import drift_of
 from carom.engine.observers.interface import Observer
-from carom.models.copies import copied
-from carom.models.questions.interaction import mass
-from carom.models.questions.memory import kept, parameter, present
+from carom.models.interfaces.memory import copied, kept, parameter, present
 
 
 class StreamSums(Observer):
     """Sums over the peculiar velocities of all components."""
 
     rate: Annotated[float, parameter(-1)]  # shear rate
+    drift: Annotated[np.ndarray, present(-1)]
+    """Velocity of the center of mass at the time ``since``, zero where no momentum is conserved, (d,)."""
     moments: Annotated[np.ndarray, present(-2)]  # ``sum m u_a u_b`` at the time ``since``, (d, d)
     integral: Annotated[np.ndarray, kept(-1)]  # its integral from the start of the run to ``since``, (d, d)
     virial: Annotated[np.ndarray, kept(-1)]
@@ -41,17 +43,17 @@ class StreamSums(Observer):
 
     def before_kick(self, model, state, i, now):
         fly(self, now)
-        enter(self, mass(model.pair, i), state.rows[i].v, -1.0)
+        enter(self, model.pair.mass_of(i), state.rows[i].v, -1.0)
 
     def after_kick(self, model, state, i, now):
-        enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
+        enter(self, model.pair.mass_of(i), state.rows[i].v, 1.0)
 
     def at_epoch(self, model, state, length):
         # From the velocities again: rounding errors do not accumulate.
         fly(self, length)
         self.moments[:] = 0.0
-        for i in range(len(state.rows) - 1):  # the last row is the ghost
-            enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
+        for i in range(len(state.rows) - 1):  # the last row is padding
+            enter(self, model.pair.mass_of(i), state.rows[i].v, 1.0)
         self.since[0] = 0.0
 
     def at_rest(self, now, since):
@@ -59,11 +61,16 @@ class StreamSums(Observer):
         self.since[0] = since
 
 
-def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) -> StreamSums:
-    """Return the sums of components (n,) with peculiar velocities (n, d), before anything has happened."""
+def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray, still) -> StreamSums:
+    """Return the sums of components (n,) with peculiar velocities (n, d), before anything has happened.
+
+    ``still`` are the axes that conserve momentum.
+    """
     d = velocities.shape[1]
-    moments = np.einsum("i,ia,ib->ab", masses, velocities, velocities)
-    return StreamSums(rate, moments, np.zeros((d, d)), np.zeros((d, d)), np.zeros(1), np.zeros(d))
+    drift = np.where(still, drift_of(masses, velocities), 0.0)
+    u = velocities - drift
+    moments = np.einsum("i,ia,ib->ab", masses, u, u)
+    return StreamSums(rate, drift, moments, np.zeros((d, d)), np.zeros((d, d)), np.zeros(1), np.zeros(d))
 
 
 def fly(sums, now):
@@ -72,6 +79,7 @@ def fly(sums, now):
     t = now - sums.since[0]
     sums.since[0] = now
     strain = sums.rate * t
+    sums.drift[0] -= strain * sums.drift[1]
     for a in range(d):
         for b in range(d):
             integral[a, b] += moments[a, b] * t
@@ -88,14 +96,15 @@ def enter(sums, weight, v, sign):
     """Add a velocity of a mass to the sums, or take it out."""
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):
-            sums.moments[a, b] += sign * weight * np.float64(v[a]) * np.float64(v[b])
+            u, w = np.float64(v[a]) - sums.drift[a], np.float64(v[b]) - sums.drift[b]
+            sums.moments[a, b] += sign * weight * u * w
 
 
 def enter_pair(sums, model, state, event, sign):
     """Add the velocities of a pair and the momentum of the partner, or take them out."""
     me, other = state.rows[event.i], state.rows[event.j]
-    enter(sums, mass(model.pair, event.i), me.v, sign)
-    weight = mass(model.pair, event.j)
+    enter(sums, model.pair.mass_of(event.i), me.v, sign)
+    weight = model.pair.mass_of(event.j)
     enter(sums, weight, other.v, sign)
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):

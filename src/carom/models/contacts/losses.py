@@ -12,14 +12,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.declared import number
 from carom.errors import InputError
-from carom.models.fields import PART, SPEED, Value
-from carom.models.questions import memory
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.memory import MOMENT, kept, parameter
-from carom.models.questions.particles import Particles
+from carom.models.declared_values import PART, SPEED, Value
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.memory import MOMENT, kept, parameter
+from carom.models.interfaces.particles import Particles
 
 
 @dataclass(frozen=True)
@@ -112,7 +110,6 @@ def restitution_at(law, speed):
     return max(1.0 - (1.0 - law.restitution) * (speed / law.at_speed) ** law.power, 0.0)
 
 
-@answering(memory)
 class Losing(ImpactModel):
     """Contacts of two components that lose energy."""
 

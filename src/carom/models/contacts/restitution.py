@@ -13,10 +13,10 @@ from carom import checks
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
-from carom.models.fields import PART, Value
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.memory import kept, parameter
-from carom.models.questions.particles import Particles
+from carom.models.declared_values import PART, Value
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.memory import kept, parameter
+from carom.models.interfaces.particles import Particles
 
 CAUTIOUS = 1e-3  # normal speed, in thermal speeds, below which contacts are elastic unless another is given
 

@@ -21,10 +21,10 @@ from carom import checks
 from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
-from carom.models.fields import PART
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.memory import ROOM, kept, parameter
-from carom.models.questions.particles import Particles
+from carom.models.declared_values import PART
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.memory import ROOM, kept, parameter
+from carom.models.interfaces.particles import Particles
 
 
 def _inertia(value: Any, name: str) -> float | tuple[float, ...]:
@@ -121,8 +121,8 @@ class Rough(Restitution):
             spared=np.zeros(1, np.int64),
             tangential=self.tangential,
             friction=self.largest_friction,
-            inertia=particles.with_ghost(self.inertias(particles.masses, dimension)),
-            radii=particles.with_ghost(particles.radii),
+            inertia=particles.with_padding(self.inertias(particles.masses, dimension)),
+            radii=particles.with_padding(particles.radii),
             spins=np.zeros((len(particles.radii) + 1, spin_axes(dimension))),
             normal=np.zeros(3),
             slip=np.zeros(3),

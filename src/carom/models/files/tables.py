@@ -12,12 +12,12 @@ from typing import Any
 from carom import checks
 from carom.declared import fields_of, schema_of_table
 from carom.errors import InputError
-from carom.meant import nearest
 from carom.models import obstacles
 from carom.models.contacts.restitution import as_impact
-from carom.models.fields import plain
+from carom.models.declared_values import plain
+from carom.models.interfaces.obstacle import Obstacle
 from carom.models.obstacles.named_walls import Wall
-from carom.models.questions.obstacle import Obstacle
+from carom.suggestions import nearest
 from carom.texts import with_article
 
 KINDS: dict[str, dict[str, Any]] = {

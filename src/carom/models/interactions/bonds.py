@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks
 from carom.declared import number, positive, said
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions.steps import StepInteraction, Steps, steps
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.memory import parameter, present
+from carom.models.interfaces.particles import NEVER, Particles, lanes
 from carom.models.mathematics.contact import contact_time_known, elastic
-from carom.models.questions import interaction, memory
-from carom.models.questions.interaction import radius
-from carom.models.questions.memory import parameter, present
-from carom.models.questions.particles import NEVER, Particles, lanes
 
 
 @dataclass(frozen=True)
@@ -29,15 +27,14 @@ class Growing:
     def model(self, particles: Particles) -> GrowingCores:
         """Return the model that the engine compiles."""
         return GrowingCores(
-            particles.with_ghost(particles.radii),
-            particles.with_ghost(particles.rates),
-            particles.with_ghost(particles.masses),
+            particles.with_padding(particles.radii),
+            particles.with_padding(particles.rates),
+            particles.with_padding(particles.masses),
         )
 
 
-@answering(interaction, memory)
 @lanes("radii", "rates")
-class GrowingCores(NamedTuple):
+class GrowingCores(PairModel):
     """Hard cores that touch at the sum of radii that grow."""
 
     radii: Annotated[np.ndarray, present()]  # at the beginning of the epoch, (n + 1,) float64 [length]
@@ -63,13 +60,13 @@ class GrowingCores(NamedTuple):
         return elastic(self, i, j, rr, rv - np.sqrt(rr) * (self.rates[i] + self.rates[j]))
 
     def core_square(self, i, j, now):
-        contact = radius(self, i, now) + radius(self, j, now)
+        contact = self.radius_of(i, now) + self.radius_of(j, now)
         return contact * contact
 
-    def radius(self, i, now):
+    def radius_of(self, i, now):
         return self.radii[i] + self.rates[i] * now
 
-    def growth(self, i):
+    def growth_of(self, i):
         return self.rates[i]
 
     def shift_epoch(self, duration):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.particles import Particles, lanes
 from carom.models.mathematics.contact import contact_time_known, elastic, first_contact
-from carom.models.questions import interaction
-from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump
-from carom.models.questions.particles import Particles, lanes
 
 
 @dataclass(frozen=True)
@@ -40,36 +38,32 @@ class HardCores:
         """Return the model that the engine compiles: the simplest one that suffices."""
         if self.contact is not None:
             return SpeciesCores(
-                particles.with_ghost(particles.species, np.int64),
+                particles.with_padding(particles.species, np.int64),
                 np.ascontiguousarray(self.contact, np.float64).ravel() ** 2,
                 len(self.contact),
-                particles.with_ghost(particles.radii),
-                particles.with_ghost(particles.masses),
+                particles.with_padding(particles.radii),
+                particles.with_padding(particles.masses),
             )
         if particles.equal:
             size, weight = float(particles.radii[0]), float(particles.masses[0])
             return EqualCores((2.0 * size) ** 2, size, weight)
-        return UnequalCores(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+        return UnequalCores(particles.with_padding(particles.radii), particles.with_padding(particles.masses))
 
 
-def _meeting(pair, i, j, rr, rv, vv, now):
-    return first_contact(rr - core_square(pair, i, j, now), rv, vv)
+class Cores(PairModel):
+    """Hard cores that meet at the distance whose square is ``core_square``."""
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return first_contact(rr - self.core_square(i, j, now), rv, vv)
+
+    def contact_time(self, i, j, rr, rv, vv, now):
+        return contact_time_known(rr - self.core_square(i, j, now), rv, vv)
+
+    def jump(self, i, j, rr, rv, now):
+        return elastic(self, i, j, rr, rv)
 
 
-def _known_meeting(pair, i, j, rr, rv, vv, now):
-    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
-
-
-def touching(kind: Any) -> Any:
-    """Let cores of a type that answers ``core_square`` meet at that distance: a class decorator."""
-    interaction_time.register(kind)(_meeting)
-    contact_time.register(kind)(_known_meeting)
-    return kind
-
-
-@answering(interaction)
-@touching
-class EqualCores(NamedTuple):
+class EqualCores(Cores):
     """Hard cores of one diameter and one mass."""
 
     square: float  # diameter squared [length^2]
@@ -85,17 +79,15 @@ class EqualCores(NamedTuple):
     def core_square(self, i, j, now):
         return self.square
 
-    def radius(self, i, now):
+    def radius_of(self, i, now):
         return self.core
 
-    def mass(self, i):
+    def mass_of(self, i):
         return self.weight
 
 
-@answering(interaction)
-@touching
 @lanes("radii")
-class UnequalCores(NamedTuple):
+class UnequalCores(Cores):
     """Hard cores that touch at the sum of their radii."""
 
     radii: np.ndarray  # (n + 1,) float64 [length]
@@ -106,22 +98,15 @@ class UnequalCores(NamedTuple):
         return contact * contact
 
 
-@answering(interaction)
-@touching
-@lanes("kinds")
-class SpeciesCores(NamedTuple):
+@lanes("species")
+class SpeciesCores(Cores):
     """Hard cores with a contact distance for every pair of species (non-additive)."""
 
-    kinds: np.ndarray  # species, (n + 1,) int64
+    species: np.ndarray  # (n + 1,) int64
     squares: np.ndarray  # contact distances squared, (K * K,) float64 [length^2]
-    species: int  # K
+    species_count: int  # K
     radii: np.ndarray  # radii at obstacles, (n + 1,) float64 [length]
     masses: np.ndarray  # (n + 1,) float64
 
     def core_square(self, i, j, now):
-        return self.squares[self.kinds[i] * self.species + self.kinds[j]]
-
-
-@jump.register
-def _(pair: UnequalCores | SpeciesCores, i, j, rr, rv, now):
-    return elastic(pair, i, j, rr, rv)
+        return self.squares[self.species[i] * self.species_count + self.species[j]]

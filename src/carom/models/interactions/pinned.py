@@ -7,18 +7,16 @@ and lists find them, so that a thousand cost no more than a thousand moving ones
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.errors import InputError
-from carom.models.interactions.hard_cores import touching
+from carom.models.interactions.hard_cores import Cores
+from carom.models.interfaces.memory import kept
+from carom.models.interfaces.particles import Particles, lanes
 from carom.models.mathematics.contact import shares
-from carom.models.questions import interaction
-from carom.models.questions.memory import kept
-from carom.models.questions.particles import Particles, lanes
 
 
 def mask(given: Any, n: int) -> np.ndarray | None:
@@ -64,17 +62,15 @@ class Pinned:
         """Return the model that the engine compiles."""
         inverse = np.where(self.which, 0.0, 1.0 / particles.masses)
         return PinnedCores(
-            particles.with_ghost(particles.radii),
-            particles.with_ghost(inverse),
-            particles.with_ghost(particles.masses),
+            particles.with_padding(particles.radii),
+            particles.with_padding(inverse),
+            particles.with_padding(particles.masses),
             np.zeros(len(inverse) + 1),
         )
 
 
-@answering(interaction)
-@touching
 @lanes("radii")
-class PinnedCores(NamedTuple):
+class PinnedCores(Cores):
     """Hard cores of which some have infinite mass."""
 
     radii: np.ndarray  # (n + 1,) float64 [length]

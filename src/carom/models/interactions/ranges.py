@@ -10,7 +10,6 @@ import hashlib
 import itertools
 import math
 import types
-from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -20,11 +19,11 @@ import numpy as np
 from carom import checks
 from carom.declared import SEED, Declared, fields_of, said, schema_of_table
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions import units
 from carom.models.interactions.steps import CLOSEST, check_rise
-from carom.models.questions.particles import NEVER, Particles
-from carom.models.questions.steps import step_bits
+from carom.models.interfaces.particles import NEVER, Particles
+from carom.models.interfaces.steps import step_bits
 
 MOST = 1000
 """Kinds, circles of a kind and numbers of its memory: more are a slip of the pen."""
@@ -281,7 +280,7 @@ class Ranges(Declared):
                 circle_of[k, int(np.flatnonzero(radii == radius)[0])] = circle
         # carom.check brings two species, whatever there are here.
         species = np.zeros(n, np.int64) if particles.species is None else particles.species
-        kinds = np.minimum(particles.with_ghost(species, np.int64), len(self.kinds) - 1)
+        kinds = np.minimum(particles.with_padding(species, np.int64), len(self.kinds) - 1)
         starts = np.array([float(unit.to_kernel(kind.timer, 1)) for kind in self.kinds])
         circles = max(len(kind.circles) for kind in self.kinds)
         memory = np.zeros((len(self.kinds), max(1, *(len(kind.memory) for kind in self.kinds), 1)))
@@ -295,8 +294,8 @@ class Ranges(Declared):
             outer=outer_ends,
             energy=energy,
             events=np.zeros((count, 4), np.int64),
-            radii=particles.with_ghost(particles.radii),
-            masses=particles.with_ghost(particles.masses),
+            radii=particles.with_padding(particles.radii),
+            masses=particles.with_padding(particles.masses),
             watch=circle_of,
             kinds=kinds,
             present=np.ones(n + 1, np.int64),
@@ -334,9 +333,7 @@ _TAGS: dict[Any, type] = {}
 def _tag(rule: Any) -> type:
     """Return the type that stands for a rule, so that the compiler can choose it by type."""
     if rule not in _TAGS:
-        kind = _new_type(rule)
-        units.call_rule.register(kind, _asking(rule))
-        _TAGS[rule] = kind
+        _TAGS[rule] = _new_type(rule)
     return _TAGS[rule]
 
 
@@ -346,16 +343,21 @@ def _new_type(rule: Any) -> type:
     Compiled code on disk names the types of its arguments: another process must find this one under its name.
     For a copy the code would be read from disk at every call.
     """
+
+    def call_rule(self, unit, event):
+        rule(unit, event)
+
     here = globals()
     origin = hashlib.sha256(f"{rule.__module__}.{rule.__qualname__}".encode()).hexdigest()[:16]
     names = (f"Rule_{origin}_{number}" for number in itertools.count())
     name = next(name for name in names if name not in here)
-    here[name] = namedtuple(name, ["asked"], defaults=[True], module=__name__)
+    scope = {
+        "__doc__": "A rule.",
+        "__module__": __name__,
+        "__annotations__": {"asked": bool},
+        "asked": True,
+        "call_rule": call_rule,
+    }
+    make: Any = type(units.Rule)
+    here[name] = make(name, (units.Rule,), scope)
     return here[name]
-
-
-def _asking(rule: Any) -> Any:
-    def asking(tag, unit, event):
-        rule(unit, event)
-
-    return asking

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Self
 from carom import checks
 from carom.declared import SEED, said
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions.ranges import Kind, Ranges, kinds
 
 LARGEST = 1 << 20

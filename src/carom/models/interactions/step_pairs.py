@@ -6,20 +6,17 @@ cannot make it wrong. Numbers grow inwards: crossing an inner distance adds 1.
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
+from carom.models.interfaces.memory import kept, parameter
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.steps import BOUNCE, CORE, IN, OUT, SteppedModel
 from carom.models.mathematics.contact import shares
-from carom.models.questions import steps
-from carom.models.questions.memory import kept, parameter
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
 
-@answering(steps)
-class StepPairs(NamedTuple):
+class StepPairs(SteppedModel):
     """What the engine compiles: for every step, where it ends and what crossing its ends costs."""
 
     inner: np.ndarray

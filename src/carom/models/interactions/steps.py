@@ -17,10 +17,10 @@ import numpy as np
 from carom import checks
 from carom.declared import fields_of, said, schema_of_table
 from carom.errors import InputError, OverlapError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions.step_pairs import StepPairs
-from carom.models.questions.particles import NEVER, Particles
-from carom.models.questions.steps import step_bits
+from carom.models.interfaces.particles import NEVER, Particles
+from carom.models.interfaces.steps import step_bits
 
 ROUNDING = 2.0**-40
 """Part of a distance by which a pair may be beyond a wall at the start: what the engine's rounding leaves."""
@@ -309,8 +309,8 @@ class StepInteraction(ABC):
             unit.to_kernel(leave_cost, -2),
             unit.to_kernel(energy, -2),
             np.zeros((len(energy), 4), np.int64),
-            particles.with_ghost(particles.radii),
-            particles.with_ghost(particles.masses),
+            particles.with_padding(particles.radii),
+            particles.with_padding(particles.masses),
         )
 
 

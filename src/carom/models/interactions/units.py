@@ -7,18 +7,17 @@ and writes records in the scene's units; the velocity that it writes is that of 
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering, required
+from carom.compiling.registry import Questions
 from carom.models.interactions.step_pairs import end_of_step
+from carom.models.interfaces.memory import MOMENT, ORIGIN, ROOM, UNIT, kept, parameter
+from carom.models.interfaces.particles import NEVER, lanes
+from carom.models.interfaces.steps import IN, OUT, SteppedModel
 from carom.models.mathematics.counter_random import uniform
-from carom.models.questions import memory, steps
-from carom.models.questions.memory import MOMENT, ORIGIN, ROOM, UNIT, kept, parameter
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import IN, OUT
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 """Why a rule is asked: somebody came into a circle, or went out of it; the time that the rule set has come;
@@ -70,9 +69,9 @@ def event_type(dimension: int) -> np.dtype:
     return np.dtype(fields, align=True)
 
 
-@answering(memory, steps)
-class Units(NamedTuple):
-    """What the engine compiles. Arrays of one row a unit have one more, for the ghost."""
+@lanes("present")
+class Units(SteppedModel):
+    """What the engine compiles. Arrays of one row a unit have one more, for the padding row."""
 
     rule: Any  # a value whose type says which rule is asked
     inner: np.ndarray
@@ -137,12 +136,12 @@ class Units(NamedTuple):
         return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None
 
 
-Units.lanes = ("present",)  # type: ignore[attr-defined]
+class Rule(Questions):
+    """A rule, by its type."""
 
-
-@required
-def call_rule(rule, unit, event):
-    """Let a rule decide."""
+    def call_rule(self, unit, event):
+        """Let the rule decide."""
+        raise NotImplementedError
 
 
 def draw(unit):

@@ -13,7 +13,7 @@ import numpy as np
 from carom import checks
 from carom.declared import number, said, schema_of
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions.steps import CLOSEST, StepInteraction, Steps, steps
 
 

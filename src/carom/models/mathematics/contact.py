@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.double_double import exact_product, exact_sum
-from carom.models.questions.particles import NEVER
 
 MOST_DIAMETERS = 32.0
 """Contact distances from which a contact is computed again from nearby.

@@ -10,11 +10,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.models.interfaces.memory import parameter
+from carom.models.interfaces.obstacle import PathModel
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.roots import Curve, next_fall
-from carom.models.questions.memory import parameter
-from carom.models.questions.particles import NEVER
-from carom.models.questions.path import PathModel
 
 SURE = 1.0 + 2.0**-30
 """A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
@@ -84,15 +83,6 @@ def leaving(x, v, g, low, high):
         return (abs(v) + back) / abs(g), up
     way = abs(v) + np.sqrt(root)
     return 2.0 * abs((high if up else low) - x) / way if way > 0.0 else NEVER, up
-
-
-@required
-def time_to_moving(body, course, start, g, x, v, radius, growth):
-    """Return the time until a component on a parabola touches a body that is displaced, or NEVER.
-
-    ``body`` is where it is not displaced, ``course`` its displacement, ``start`` the time of the path now,
-    ``g`` the acceleration of the component; the rest as of ``carom.models.questions.obstacle.encounter``.
-    """
 
 
 class Lift(Curve):

@@ -1,6 +1,6 @@
 """The next time at which a smooth function is <= 0 and falling, with a proof that none before it is missed.
 
-A *curve* is a ``NamedTuple`` that answers its value f, its slope s, and a bound K on its second derivative.
+A *curve* is a model that answers its value f, its slope s, and a bound K on its second derivative.
 From f > 0 it stays above ``f + s t - K t^2 / 2``: the search goes from one root of that to the next. Once K
 proves that the slope keeps its sign, the root is alone in a bracket, which is narrowed to two neighboring
 doubles. Where f <= 0 but not falling (a contact just processed), it cannot fall before ``s / K``. "<= 0 and
@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import Questions
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 
 WIDER = 4.0  # the next interval over which K is asked for is so many times as long as the last step
 

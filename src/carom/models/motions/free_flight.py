@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.particles import Particles
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.particles import Particles
 
 
 @dataclass(frozen=True)

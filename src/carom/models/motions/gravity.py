@@ -9,13 +9,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.models.fields import Value, check_dimensions, vector
+from carom.models.declared_values import Value, check_dimensions, vector
+from carom.models.interfaces.memory import parameter
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.particles import Particles
+from carom.models.interfaces.walls import landing_on_wall
 from carom.models.mathematics.parabolas import HOP, leaving
-from carom.models.questions.memory import parameter
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.obstacle import fall
-from carom.models.questions.particles import Particles
-from carom.models.questions.walls import landing_on_wall
 
 
 @dataclass(frozen=True)
@@ -103,10 +102,16 @@ class Falling(MotionModel):
         return leaving(x, v, self.g[axis], low, high)
 
     def meeting(self, obstacle, x, v, radius, growth, now):
-        return fall(obstacle, self.g, x, v, radius, growth, now)
+        return obstacle.fall(self.g, x, v, radius, growth, now)
 
     def wall_meeting(self, walls, x, v, radius, growth):
         return landing_on_wall(walls, self.g, x, v, radius, growth)
+
+    def bend(self):
+        square = 0.0
+        for axis in range(len(self.g)):
+            square += self.g[axis] * self.g[axis]
+        return np.sqrt(square)
 
     def rest_speed(self):
         return self.rest

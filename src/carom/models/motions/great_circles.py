@@ -16,11 +16,11 @@ import numpy as np
 
 from carom.declared import positive
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.declared_values import Value
 from carom.models.interactions.hard_cores import HardCores
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.particles import NEVER, Particles
 from carom.models.mathematics.roots import Curve, next_fall
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.particles import NEVER, Particles
 
 NEARLY = 2.0**-30
 """Part of the radius by which a position may be off the sphere, and of the speed by which a velocity may

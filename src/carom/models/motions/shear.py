@@ -19,11 +19,11 @@ from carom import checks
 from carom.arithmetic import cosine_and_sine
 from carom.declared import number
 from carom.errors import InputError
-from carom.models.fields import ABOVE, Value
+from carom.models.declared_values import ABOVE, Value
+from carom.models.interfaces.memory import parameter, present
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.particles import Particles
 from carom.models.mathematics.parabolas import leaving
-from carom.models.questions.memory import parameter, present
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.particles import Particles
 
 LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
@@ -114,6 +114,14 @@ class Shear(Value):
         _, sines = cosine_and_sine(np.array([stage % STAGES, stage % STAGES + 1]) / STAGES)
         return Shear(self.rate * float(sines[1] - sines[0]) * STAGES / (2.0 * math.pi), self.tilt)
 
+    def strain(self, time: float, stage: int) -> float:
+        """Return the strain that a run has had in a ``time`` from its start, which ends in a stage."""
+        if self.period is None:
+            return self.rate * time
+        _, (sine,) = cosine_and_sine(np.array([stage % STAGES]) / STAGES)
+        amplitude, since = self.rate * self.period / (2.0 * math.pi), time - stage * self.period / STAGES
+        return amplitude * float(sine) + self.in_stage(stage).rate * since
+
     def model(self, particles: Particles) -> Sheared:
         """Return the model that the engine compiles."""
         ratio = particles.box[0] / particles.box[1]
@@ -155,6 +163,9 @@ class Sheared(MotionModel):
 
     def velocity_at(self, axis, v, t):
         return v[axis] - self.rate * v[GRADIENT] * t if axis == 0 else np.float64(v[axis])
+
+    def in_space(self, axis, x, now):
+        return x[axis] + tilt_at(self, now) * x[GRADIENT] if axis == 0 else np.float64(x[axis])
 
     def relative_to(self, boundary, i, ref, me, other, now):
         rr = 0.0

@@ -12,6 +12,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.interfaces.obstacle import Obstacle
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Cuboid
@@ -21,7 +22,6 @@ from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.properties import Properties
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.triangles import Triangle
-from carom.models.questions.obstacle import Obstacle, anchor, is_periodic, outward
 
 __all__ = [
     "Arc",
@@ -53,7 +53,7 @@ def checked(
     Before them are the planes that stand for ``walls`` with properties.
     """
     # Obstacles that move are met on parabolas, and these know the obstacles that rest.
-    from carom.models.obstacles.dressing import dressed
+    from carom.models.obstacles.with_properties import dressed
 
     if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
         raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
@@ -81,6 +81,6 @@ def outwards(
     model, d = obstacle.model(), len(box)
     x = np.array(positions, dtype=np.float64).reshape(-1, d)
     for axis in range(d):
-        if periodic[axis] and is_periodic(model):
-            x[:, axis] -= box[axis] * np.rint((x[:, axis] - anchor(model, axis)) / box[axis])
-    return np.array([[outward(model, tuple(each), axis) for axis in range(d)] for each in x]).reshape(-1, d)
+        if periodic[axis] and model.is_periodic():
+            x[:, axis] -= box[axis] * np.rint((x[:, axis] - model.anchor(axis)) / box[axis])
+    return np.array([[model.outward(tuple(each), axis) for axis in range(d)] for each in x]).reshape(-1, d)

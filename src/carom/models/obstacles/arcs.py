@@ -8,19 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, number, positive
 from carom.errors import InputError
-from carom.models.fields import Name, Vector, check_dimensions
-from carom.models.obstacles.cells import in_every_image
+from carom.models.declared_values import Name, Vector, check_dimensions
+from carom.models.interfaces.particles import NEVER
+from carom.models.obstacles.balls import SolidBall
+from carom.models.obstacles.cells import InEveryImage, crowded
 from carom.models.obstacles.outlines import Arc as Drawn, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions import obstacle
-from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
 
@@ -74,10 +73,9 @@ class Arc(Properties):
         # A whole circle has no ends: whatever the direction, its cosine is not below -2.
         cosine_limit = -2.0 if self.angle == 360.0 else math.cos(half)
         low, high = self.extent()
-        middle_angle = tuple((0.5 * (low + high)).tolist())
-        return Bow(
-            self.center, self.radius, (math.cos(middle), math.sin(middle)), cosine_limit, ends, middle_angle
-        )
+        midpoint = tuple((0.5 * (low + high)).tolist())
+        direction = math.cos(middle), math.sin(middle)
+        return Bow(midpoint, self.center, self.radius, direction, cosine_limit, ends)
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates on the arc [length]."""
@@ -113,9 +111,8 @@ class Arc(Properties):
         return [Drawn(self.center, self.radius, math.radians(self.start), math.radians(self.angle))]
 
 
-@answering(obstacle)
-@in_every_image
-class Bow(NamedTuple):
+@crowded
+class Bow(InEveryImage):
     """A piece of a circle."""
 
     center: tuple
@@ -123,7 +120,6 @@ class Bow(NamedTuple):
     middle: tuple  # unit vector from the center to the middle of the arc
     cosine_limit: float  # cosine of the angle between the middle and an end
     ends: tuple  # coordinates of the first end, then of the second
-    anchor: tuple  # between its least and its largest coordinates [length]
 
     def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
@@ -133,19 +129,21 @@ class Bow(NamedTuple):
         x0, x1 = x[0] - self.center[0], x[1] - self.center[1]
         inside = x0 * x0 + x1 * x1 < self.radius * self.radius
         best = NEVER
+        start = 0.0
         if not inside:
-            t = _into(x0, x1, v[0], v[1], self.radius + radius, growth)
-            if t < NEVER and _on_arc(self, x, v, t):
-                best = t
-        if best == NEVER and radius < self.radius:
+            start = SolidBall(self.center, self.radius).encounter(x, v, radius, growth)
+            if start < NEVER and _on_arc(self, x, v, start):
+                best = start
+        room = self.radius - radius - growth * start
+        if best == NEVER and start < NEVER and room > 0.0:
             # From inside: now, or after coming in through where there is no arc.
-            t = _out_of(x0, x1, v[0], v[1], self.radius - radius, growth)
+            t = start + _out_of(x0 + v[0] * start, x1 + v[1] * start, v[0], v[1], room, growth)
             if t < NEVER and (inside or t > 0.0) and _on_arc(self, x, v, t):
                 best = t
         if self.cosine_limit >= -1.0:
             for end in range(2):
-                e0, e1 = self.ends[2 * end], self.ends[2 * end + 1]
-                best = min(best, _into(x[0] - e0, x[1] - e1, v[0], v[1], radius, growth))
+                tip = SolidBall((self.ends[2 * end], self.ends[2 * end + 1]), 0.0)
+                best = min(best, tip.encounter(x, v, radius, growth))
         return best
 
     def outward(self, x, axis):
@@ -171,17 +169,6 @@ def _on_arc(bow, x, v, t):
         along += r * bow.middle[axis]
         rr += r * r
     return along >= bow.cosine_limit * np.sqrt(rr)
-
-
-def _into(x0, x1, v0, v1, distance, growth):
-    """Return the time until a place that moves comes as near as a distance, which grows, or NEVER."""
-    c = x0 * x0 + x1 * x1 - distance * distance
-    b = x0 * v0 + x1 * v1 - distance * growth
-    a = v0 * v0 + v1 * v1 - growth * growth
-    discriminant = b * b - a * c
-    if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
-        return NEVER
-    return max(c / (np.sqrt(discriminant) - b), 0.0)
 
 
 def _out_of(x0, x1, v0, v1, distance, growth):

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, positive
 from carom.densities import sphere_area
-from carom.models.fields import Center, Name, check_dimensions
-from carom.models.mathematics import parabolas
+from carom.models.declared_values import Center, Name, check_dimensions
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.contact import MOST_DIAMETERS
-from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
+from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth
 from carom.models.obstacles.cells import crowded
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions import obstacle
-from carom.models.questions.obstacle import encounter
-from carom.models.questions.particles import NEVER
 
 
 @described
@@ -69,9 +66,8 @@ class Ball(Properties):
         return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
 
 
-@answering(obstacle, parabolas)
 @crowded
-class SolidBall(NamedTuple):
+class SolidBall(ObstacleModel):
     """A solid ball, which stands in every image of the box."""
 
     center: Any  # d floats
@@ -97,15 +93,16 @@ class SolidBall(NamedTuple):
             if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
                 return NEVER
             t = start + c / (np.sqrt(discriminant) - b)
-            if start > 0.0 or c < (MOST_DIAMETERS * contact) ** 2 or a <= 0.0:
+            far = MOST_DIAMETERS * contact
+            if start > 0.0 or c < far * far or a <= 0.0:
                 break
             start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
         return max(t, 0.0)
 
     def fall(self, g, x, v, radius, growth, now):
         if straight_growth(g, -1, growth):
-            return encounter(self, x, v, radius, growth)
-        return time_to_moving(self, at_rest(g), 0.0, g, x, v, radius, growth)
+            return self.encounter(x, v, radius, growth)
+        return self.time_to_moving(at_rest(g), 0.0, g, x, v, radius, growth)
 
     def time_to_moving(self, course, start, g, x, v, radius, growth):
         return first_touch(Gap(course, start, 1.0, -1, self.center, self.radius + radius, growth, g, x, v))
@@ -113,7 +110,7 @@ class SolidBall(NamedTuple):
     def outward(self, x, axis):
         rr = 0.0
         for k in range(len(self.center)):
-            rr += (x[k] - self.center[k]) ** 2
+            rr += (x[k] - self.center[k]) * (x[k] - self.center[k])
         return (x[axis] - self.center[axis]) / np.sqrt(rr)
 
     def is_periodic(self):

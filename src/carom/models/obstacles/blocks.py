@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described
 from carom.errors import InputError
-from carom.models.fields import Name, Rounding, Vector
-from carom.models.obstacles.convex import Body, check_points, convex
-from carom.models.questions import obstacle
+from carom.models.declared_values import Name, Rounding, Vector
+from carom.models.obstacles.cells import crowded
+from carom.models.obstacles.convex import Body, Rounded, check_points
 
 
 @described
@@ -53,13 +52,10 @@ class Cuboid(Body):
         return Block(middle, self.radius, self.low, self.high)
 
 
-@answering(obstacle)
-@convex
-class Block(NamedTuple):
+@crowded
+class Block(Rounded):
     """All places within a distance of a block."""
 
-    anchor: tuple  # its middle [length]
-    round: float  # the distance [length]
     low: tuple
     high: tuple
 

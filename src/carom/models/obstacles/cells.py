@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import Questions
+from carom.models.interfaces.obstacle import ObstacleModel
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
-from carom.models.questions.obstacle import anchor, is_periodic, member
 
 CROWD_FROM = 16
 """Obstacles of one kind from which on they are kept in arrays and cells, where their type can be."""
@@ -29,32 +29,54 @@ class Cells(NamedTuple):
     """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
 
 
+class CrowdModel(Questions):
+    """Many obstacles of one kind: an array for each field of theirs."""
+
+    def members(self):
+        """Return how many they are: one a row of the first array."""
+        return len(self[0])
+
+    def member(self, k):
+        """Return obstacle k."""
+        raise NotImplementedError
+
+
 def crowded(kind: Any) -> Any:
     """Let a type of models be kept in arrays where there are many: a class decorator.
 
     ``Crowd``, the type of many, has an array for each field. ``extent`` of the class becomes its: the least
     and largest coordinates of each, (k, d) [length].
     """
-    many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
-    many.__qualname__ = f"{kind.__qualname__}.Crowd"
-    many.extent, kind.Crowd = kind.extent, many
     fields = kind._fields
 
-    def one(crowd, k):
+    def member(self, k):
         row: tuple[Any, ...] = ()
         for name in fields:
-            row = (*row, getattr(crowd, name)[k])
+            row = (*row, getattr(self, name)[k])
         return kind(*row)
 
-    member.register(many)(one)
+    scope = {
+        "__module__": kind.__module__,
+        "__annotations__": dict.fromkeys(fields, Any),
+        "__qualname__": f"{kind.__qualname__}.Crowd",
+        "extent": kind.extent,
+        "member": member,
+    }
+    make: Any = type(CrowdModel)
+    kind.Crowd = make("Crowd", (CrowdModel,), scope)
     return kind
 
 
-def in_every_image(kind: Any) -> Any:
-    """Let models of a type with an ``anchor`` be crowded, and stand in every image: a class decorator."""
-    is_periodic.register(kind)(lambda body: True)
-    anchor.register(kind)(lambda body, axis: body.anchor[axis])
-    return crowded(kind)
+class InEveryImage(ObstacleModel):
+    """What stands in every image of the box."""
+
+    midpoint: tuple  # between its least and its largest coordinates [length]
+
+    def is_periodic(self):
+        return True
+
+    def anchor(self, axis):
+        return self.midpoint[axis]
 
 
 def together(models: Sequence[Any]) -> Any:

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, integer, positive
 from carom.densities import sphere_area
 from carom.errors import InputError
-from carom.models.fields import Center, Name, Vector, check_dimensions
-from carom.models.mathematics import parabolas
+from carom.models.declared_values import Center, Name, Vector, check_dimensions
+from carom.models.interfaces.obstacle import ObstacleModel
 from carom.models.mathematics.contact import exit_sphere
-from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
+from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth
 from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
 from carom.models.obstacles.properties import Properties
-from carom.models.questions import obstacle
-from carom.models.questions.obstacle import encounter
 from carom.texts import axis_name
 
 InnerRadius = Annotated[float, positive, Opt("Inner radius [length].")]
@@ -156,8 +153,7 @@ class CylindricalContainer(Properties):
         return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
 
 
-@answering(obstacle, parabolas)
-class Inside(NamedTuple):
+class Inside(ObstacleModel):
     """The inside of a sphere, or of a cylinder along an axis, is free."""
 
     axis: int  # the coordinate along which a cylinder extends, -1 for a sphere
@@ -179,8 +175,8 @@ class Inside(NamedTuple):
 
     def fall(self, g, x, v, radius, growth, now):
         if straight_growth(g, self.axis, growth):
-            return encounter(self, x, v, radius, growth)
-        return time_to_moving(self, at_rest(g), 0.0, g, x, v, radius, growth)
+            return self.encounter(x, v, radius, growth)
+        return self.time_to_moving(at_rest(g), 0.0, g, x, v, radius, growth)
 
     def time_to_moving(self, course, start, g, x, v, radius, growth):
         free_radius = self.radius - radius
@@ -192,5 +188,5 @@ class Inside(NamedTuple):
         rr = 0.0
         for k in range(len(self.center)):
             if k != self.axis:
-                rr += (x[k] - self.center[k]) ** 2
+                rr += (x[k] - self.center[k]) * (x[k] - self.center[k])
         return (self.center[axis] - x[axis]) / np.sqrt(rr)

@@ -1,11 +1,4 @@
-"""Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension.
-
-A body says which of its points is closest. All of it lies behind the plane through that point across the
-line to it, at every other time too: what has not come to that plane has not touched the body. So the search
-goes from the contact with one plane to that with the next, which are known in closed form on parabolas and
-bracketed where the body moves. In straight flight that is Newton's method. It never passes the first contact:
-it reaches the last bit, or finds a miss.
-"""
+"""Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension."""
 
 from __future__ import annotations
 
@@ -17,16 +10,12 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.compiling.instructions import room_for
-from carom.compiling.registry import answers, optional
 from carom.errors import InputError
-from carom.models import fields
-from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
-from carom.models.obstacles.cells import in_every_image
+from carom.models import declared_values
+from carom.models.interfaces.convex import ConvexModel
+from carom.models.obstacles.cells import InEveryImage
 from carom.models.obstacles.outlines import Hull, directions, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import anchor, closest, encounter, fall, is_periodic, outward, rounding
-from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
 SAME_POINT = 2.0**-20
@@ -36,124 +25,38 @@ FAR = 2.0**20
 """Boxes from which a body is looked at for its corners."""
 
 
-@optional
-def as_place(body, x):
-    """Return what is as long as a place; where it is a tuple, loops over axes are unrolled."""
-    return x
+class Rounded(ConvexModel, InEveryImage):
+    """One that is solid around its closest point."""
 
+    round: float  # how far [length]
 
-def away(body, x, axis):
-    """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
-    rr = 0.0
-    for k in range(len(as_place(body, x))):
-        r = x[k] - closest(body, x, k)
-        rr += r * r
-    return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
+    def rounding(self):
+        return self.round
 
-
-def plane_after_plane(body, course, start, g, x, v, radius, growth):
-    """Return when a sphere touches a convex body, or NEVER.
-
-    ``course`` is None where the body rests, ``g`` where the sphere flies straight.
-    """
-    dimension = len(as_place(body, x))
-    there = room_for(x)  # relative to the body
-    limit = NEVER
-    if course is not None:
-        moves = growth != 0.0
-        for axis in range(dimension):
-            moves = moves or v[axis] != 0.0 or g[axis] != 0.0
-        limit = NEVER if moves else course.period
-    t = 0.0
-    while t <= limit and t < NEVER:
-        shift = 0.0 if course is None else course.path.place(start + t)
-        for axis in range(dimension):
-            bend = 0.0 if g is None else 0.5 * g[axis] * t
-            there[axis] = x[axis] + (v[axis] + bend) * t
-            if course is not None:
-                there[axis] -= course.direction[axis] * shift
-        rr = 0.0
-        speed = 0.0
-        acceleration = 0.0
-        slant = 0.0
-        for axis in range(dimension):
-            r = there[axis] - closest(body, there, axis)
-            rr += r * r
-            if g is None:
-                speed += r * v[axis]
-            else:
-                speed += r * (v[axis] + g[axis] * t)
-                acceleration += r * g[axis]
-            if course is not None:
-                slant += r * course.direction[axis]
-        distance = np.sqrt(rr)
-        height = distance - rounding(body) - radius - growth * t
-        speed = speed / distance - growth
-        if course is not None:
-            acceleration /= distance
-            slant /= distance
-            step = time_to_plane(course, start + t, slant, height + slant * shift, speed, acceleration)
-        elif g is not None:
-            step = first_landing(height, speed, acceleration / distance)
-        elif speed < 0.0:
-            step = max(height, 0.0) / -speed
-        else:
-            step = NEVER
-        if t + step == t:
-            return t
-        t += step
-    return NEVER
-
-
-def fly_to(body, x, v, radius, growth):
-    """Return the time until a sphere in straight flight touches a convex body, as ``encounter`` asks."""
-    return plane_after_plane(body, None, 0.0, None, x, v, radius, growth)
-
-
-def fall_on(body, g, x, v, radius, growth, now):
-    """Return the same for a sphere on a parabola: the answer of ``fall``."""
-    return plane_after_plane(body, None, 0.0, g, x, v, radius, growth)
-
-
-FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: plane_after_plane}
-"""What a convex body answers that knows its closest point and its rounding."""
-
-
-def round_about(kind: Any) -> Any:
-    """Let a type of models that answers ``closest`` answer all that follows from it, if it does not yet."""
-    for question, answer in FOLLOWS.items():
-        if not answers(question, kind):
-            question.register(kind)(answer)
-    return kind
-
-
-def convex(kind: Any) -> Any:
-    """Let a type with ``closest``, ``anchor`` and ``round`` be one of convex bodies: a class decorator."""
-    rounding.register(kind)(lambda body: body.round)
-    as_place.register(kind)(lambda body, x: body.anchor)
-    return in_every_image(round_about(kind))
+    def as_place(self, x):
+        return self.midpoint
 
 
 def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> np.ndarray:
     """Return the distance of each surface from the nearest image of what says its closest point [length]."""
     body, d = value.model(), len(box)
-    radius = checks.number(rounding(body), f"rounding() of {type(value).__name__}", low=0.0)
+    radius = checks.number(body.rounding(), f"rounding() of {type(value).__name__}", low=0.0)
     for x in positions[:8].tolist():  # what keeps away from every x is flown to for ever
-        near = tuple(checks.answer(closest, body, tuple(x), axis)[0] for axis in range(d))
-        again = tuple(checks.answer(closest, body, near, axis)[0] for axis in range(d))
+        near = tuple(checks.answer("closest", body, tuple(x), axis)[0] for axis in range(d))
+        again = tuple(checks.answer("closest", body, near, axis)[0] for axis in range(d))
         if max(map(abs, np.subtract(again, near))) > SAME_POINT * max(box):
             raise InputError(
                 f"closest() of {type(value).__name__} must return a point of the obstacle, which is closest "
                 f"to itself; found {again} as closest to {near}."
             )
-    repeats = np.logical_and(periodic, is_periodic(body))
+    repeats = np.logical_and(periodic, body.is_periodic())
     # The anchor may lie in another box.
-    home = [np.floor(anchor(body, axis) / box[axis]) if repeats[axis] else 0.0 for axis in range(d)]
+    home = [np.floor(body.anchor(axis) / box[axis]) if repeats[axis] else 0.0 for axis in range(d)]
     nearest = np.full(len(positions), np.inf)
     for turn in itertools.product(*[(-1, 0, 1) if wraps else (0,) for wraps in repeats]):
         for k, each in enumerate(positions + (home + np.array(turn)) * np.array(box)):
             x = tuple(each.tolist())
-            r = [x[axis] - closest(body, x, axis) for axis in range(d)]
+            r = [x[axis] - body.closest(x, axis) for axis in range(d)]
             nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
     return nearest - radius - radii
 
@@ -163,18 +66,18 @@ def outline_of(value: Any, box: Sequence[float], periodic: Sequence[bool]) -> li
     body, d, edges = value.model(), len(box), np.array(box, dtype=float)
     center = 0.5 * edges
     found = {
-        tuple(closest(body, tuple((center + FAR * edges.max() * each).tolist()), axis) for axis in range(d))
+        tuple(body.closest(tuple((center + FAR * edges.max() * each).tolist()), axis) for axis in range(d))
         for each in directions(d)
     }
     corners = np.unique(np.round(np.array([*found]) / edges.max(), 9), axis=0) * edges.max()
     rank = np.linalg.matrix_rank(corners - corners[0], tol=1e-6 * edges.max())
     if rank == 1:
         corners = corners[[0, -1]]  # they are sorted
-    elif len(corners) > rank + 1 and rank < d and rounding(body) == 0.0:
+    elif len(corners) > rank + 1 and rank < d and body.rounding() == 0.0:
         return []  # a flat sheet of many corners is no hull
-    repeats = [wraps and bool(is_periodic(body)) for wraps in periodic]
+    repeats = [wraps and bool(body.is_periodic()) for wraps in periodic]
     shifts = images(corners.mean(axis=0), box, repeats)
-    return [Hull(tuple(map(tuple, (corners + shift).tolist())), float(rounding(body))) for shift in shifts]
+    return [Hull(tuple(map(tuple, (corners + shift).tolist())), float(body.rounding())) for shift in shifts]
 
 
 class Body(Properties, ABC):
@@ -213,7 +116,7 @@ class Body(Properties, ABC):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the body has another dimension, or is wider than half of a periodic box."""
-        fields.check_dimensions(tuple(self.corners()[0]), box, f"corners of {self.name}")
+        declared_values.check_dimensions(tuple(self.corners()[0]), box, f"corners of {self.name}")
         widths = self.widths()
         for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
             if repeats and not widths[axis] <= 0.5 * edge:

@@ -20,12 +20,11 @@ import numpy as np
 from carom.errors import InputError
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.box_walls import ROUNDING_MARGIN, Walls, cushions
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN, Walls, cushions, place_of, sides, wall_name
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.convex import Body
-from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.planes import Plane, walls
-from carom.models.obstacles.wall_names import place_of, sides, wall_name
+from carom.models.obstacles.with_properties import Dressed
 
 PROBES = 256  # places on a wall at which it is asked whether an obstacle of the user's own lies there
 

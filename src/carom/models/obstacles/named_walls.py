@@ -11,9 +11,9 @@ import numpy as np
 from carom import checks
 from carom.declared import Opt, described, number
 from carom.errors import InputError
+from carom.models.obstacles.box_walls import axis_names, sides, wall_name
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.properties import Properties, properties_of
-from carom.models.obstacles.wall_names import axis_names, sides, wall_name
 from carom.texts import axis_name, counted
 
 Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]  # what the keyword ``walls`` takes

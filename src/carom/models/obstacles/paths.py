@@ -1,6 +1,6 @@
 """Paths: how floors, walls and containers move to and fro along a line, as functions of time.
 
-A path is a value (:class:`Path`) with its compiled twin, which answers :func:`place` and :func:`pace`. A path
+A path is a value (:class:`Path`) with its compiled twin, which answers ``place`` and ``pace``. A path
 of your own is a file like this one: any function of time with a continuous slope and a bounded acceleration.
 
 path : model
@@ -23,9 +23,9 @@ import numpy as np
 from carom import checks
 from carom.declared import number, positive, said
 from carom.errors import InputError
-from carom.models.fields import FIELD, Value
-from carom.models.questions.memory import parameter
-from carom.models.questions.path import PathModel
+from carom.models.declared_values import FIELD, Value
+from carom.models.interfaces.memory import parameter
+from carom.models.interfaces.obstacle import PathModel
 from carom.units import TimeUnit
 
 

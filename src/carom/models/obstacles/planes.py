@@ -5,21 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, number
 from carom.errors import InputError
-from carom.models.fields import Name, Vector, check_dimensions
-from carom.models.mathematics import parabolas
+from carom.models.declared_values import Name, Vector, check_dimensions
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import NEVER
 from carom.models.mathematics.parabolas import first_landing, time_to_plane
+from carom.models.obstacles.box_walls import sides, wall_name
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
 from carom.models.obstacles.properties import Properties
-from carom.models.obstacles.wall_names import sides, wall_name
-from carom.models.questions import obstacle
-from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
 UNIT = 2.0**-50  # how much a coordinate of a unit vector may be off by rounding
@@ -116,8 +114,7 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     return tuple(result)
 
 
-@answering(obstacle, parabolas)
-class HalfSpace(NamedTuple):
+class HalfSpace(ObstacleModel):
     """The half space ``normal . x >= offset`` is free."""
 
     normal: tuple  # unit vector into the free side

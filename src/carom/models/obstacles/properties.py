@@ -1,6 +1,6 @@
 """Properties that any obstacle, and a wall of the box, may have: a motion, a loss, a temperature.
 
-Users give them as keywords, in any order (``dressing`` makes of them what the engine knows).
+Users give them as keywords, in any order (``with_properties`` makes of them what the engine knows).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from carom.declared import SEED, described, fields_of, number, option, said
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution, as_impact
-from carom.models.fields import Value, vector
+from carom.models.declared_values import Value, vector
 from carom.models.obstacles.paths import Path, check_path
 from carom.texts import with_article
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, number
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
-from carom.models.fields import Name, Vector, vector
-from carom.models.obstacles.convex import Body, check_points, convex
-from carom.models.questions import obstacle
+from carom.models.declared_values import Name, Vector, vector
+from carom.models.obstacles.cells import crowded
+from carom.models.obstacles.convex import Body, Rounded, check_points
 
 
 @described
@@ -68,13 +67,10 @@ class Segment(Body):
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
 
 
-@answering(obstacle)
-@convex
-class Stick(NamedTuple):
+@crowded
+class Stick(Rounded):
     """All places within a distance of a segment."""
 
-    anchor: tuple  # its middle [length]
-    round: float  # the distance [length]
     start: tuple
     along: tuple  # from start to end [length]
     square: float  # length squared [length^2]

@@ -3,40 +3,56 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import seeds
-from carom.compiling.registry import answering
 from carom.models.contacts.losses import Law, Loss, never_touched, restitution_at
 from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
+from carom.models.interfaces.memory import MOMENT, kept, parameter
+from carom.models.interfaces.obstacle import ObstacleModel
+from carom.models.interfaces.particles import Particles
 from carom.models.mathematics.counter_random import normal as draw_normal, uniform
-from carom.models.questions import memory, obstacle
-from carom.models.questions.memory import MOMENT, kept, parameter, shift_epoch
-from carom.models.questions.obstacle import (
-    anchor,
-    arrival,
-    at_time,
-    encounter,
-    fall,
-    is_periodic,
-    outward,
-    recoil,
-    rest_speed,
-    surface_speed,
-    surface_velocity,
-)
-from carom.models.questions.particles import Particles
 
 
-@answering(memory, obstacle)
-class Lossy(NamedTuple):
+class Surface(ObstacleModel):
+    """The surface of a ``body``, which answers where it is not asked what a contact does."""
+
+    body: Any  # model of the obstacle
+
+    def encounter(self, x, v, radius, growth):
+        return self.body.encounter(x, v, radius, growth)
+
+    def arrival(self, x, v, radius, growth, now):
+        return self.body.arrival(x, v, radius, growth, now)
+
+    def fall(self, g, x, v, radius, growth, now):
+        return self.body.fall(g, x, v, radius, growth, now)
+
+    def outward(self, x, axis):
+        return self.body.outward(x, axis)
+
+    def is_periodic(self):
+        return self.body.is_periodic()
+
+    def anchor(self, axis):
+        return self.body.anchor(axis)
+
+    def at_time(self, now):
+        self.body.at_time(now)
+
+    def surface_speed(self, normal, now):
+        return self.body.surface_speed(normal, now)
+
+    def shift_epoch(self, duration):
+        self.body.shift_epoch(duration)
+
+
+class Lossy(Surface):
     """A body whose contacts lose energy."""
 
-    body: Any
-    """Model of the obstacle."""
     law: Law
     """The restitution."""
     last: Annotated[np.ndarray, MOMENT]
@@ -45,7 +61,7 @@ class Lossy(NamedTuple):
     """Contacts that were elastic, and contacts with a least speed after them, (2,) int64."""
 
     def shift_epoch(self, duration):
-        shift_epoch(self.body, duration)
+        self.body.shift_epoch(duration)
         for i in range(len(self.last)):
             self.last[i] -= duration
 
@@ -54,12 +70,12 @@ class Lossy(NamedTuple):
         speed = 0.0
         for axis in range(len(v)):
             speed += normal[axis] * v[axis]
-        surface = growth + surface_speed(self.body, normal, now)
+        surface = growth + self.body.surface_speed(normal, now)
         approach = max(surface - speed, 0.0)
         is_elastic = approach < law.threshold or now - self.last[i] < law.contact_time
         self.last[i] = now
         left = approach if is_elastic else restitution_at(law, approach) * approach
-        least = max(motion.rest_speed(), rest_speed(self.body))
+        least = max(motion.rest_speed(), self.body.rest_speed())
         least = max(
             least,
             0.25 * law.contact_time * motion.normal_acceleration(normal),
@@ -70,9 +86,8 @@ class Lossy(NamedTuple):
         motion.push(surface - speed + max(left, least), v, normal)
 
 
-@answering(memory, obstacle)
-class RoughSurface(NamedTuple):
-    """A surface that exchanges momentum along itself, too (``carom.engine.rubbing``)."""
+class RoughSurface(Surface):
+    """A surface that exchanges momentum along itself, too (``carom.engine.tangential_impulse``)."""
 
     body: Lossy  # what it does along the normal
     tangential: float  # beta
@@ -83,12 +98,13 @@ class RoughSurface(NamedTuple):
         """As of :class:`Lossy`."""
         return self.body.spared
 
+    def recoil(self, motion, i, mass, x, v, normal, growth, now):
+        self.body.recoil(motion, i, mass, x, v, normal, growth, now)
 
-@answering(memory, obstacle)
-class Thermostat(NamedTuple):
+
+class Thermostat(Surface):
     """A body that throws components back with the speeds of a temperature."""
 
-    body: Any  # model of the obstacle
     kT: Annotated[float, parameter(-2)]  # temperature
     seed: int  # seed of the random numbers
     drawn: Annotated[np.ndarray, kept()]  # numbers that each component has drawn, (n + 1,) int64
@@ -102,14 +118,14 @@ class Thermostat(NamedTuple):
             v[axis] = hot * draw_normal(self.seed, i, k + 1 + 2 * axis)
             along += v[axis] * normal[axis]
         self.drawn[i] = k + 1 + 2 * len(v)
-        surface = growth + surface_speed(self.body, normal, now)
-        change = surface + max(fast, motion.rest_speed(), rest_speed(self.body)) - along
+        surface = growth + self.body.surface_speed(normal, now)
+        change = surface + max(fast, motion.rest_speed(), self.body.rest_speed()) - along
         drift = 0.0
         for axis in range(len(v)):
-            drift += surface_velocity(self.body, axis, now) * normal[axis]
+            drift += self.body.surface_velocity(axis, now) * normal[axis]
         for axis in range(len(v)):
             v[axis] += change * normal[axis]
-            v[axis] += surface_velocity(self.body, axis, now) - drift * normal[axis]
+            v[axis] += self.body.surface_velocity(axis, now) - drift * normal[axis]
 
 
 def lossy(body: Any, loss: Loss | Restitution, particles: Particles) -> Any:
@@ -124,19 +140,3 @@ def hot(body: Any, kT: float, seed: int, particles: Particles) -> Thermostat:
     return Thermostat(
         body, float(particles.unit.to_kernel(kT, -2)), seeds.word(seed, "thermal surfaces"), drawn
     )
-
-
-def _of_body(question: Any) -> Any:
-    """Return the answer of a surface that is the one of its body."""
-
-    def answer(surface, *asked):
-        return question(surface.body, *asked)
-
-    return answer
-
-
-for _question in (encounter, arrival, fall, outward, is_periodic, anchor, at_time, surface_speed):
-    for _kind in (Lossy, RoughSurface, Thermostat):
-        _question.register(_kind)(_of_body(_question))
-for _question, _kind in ((recoil, RoughSurface), (shift_epoch, RoughSurface), (shift_epoch, Thermostat)):
-    _question.register(_kind)(_of_body(_question))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from carom.compiling.registry import answering
 from carom.declared import Opt, described, number
 from carom.errors import InputError
-from carom.models.fields import Name, Vector
-from carom.models.obstacles.convex import Body, check_points, convex
-from carom.models.questions import obstacle
+from carom.models.declared_values import Name, Vector
+from carom.models.obstacles.cells import crowded
+from carom.models.obstacles.convex import Body, Rounded, check_points
 
 Corner = Annotated[Vector, Opt("A corner [length].")]
 
@@ -60,13 +59,10 @@ class Triangle(Body):
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
 
-@answering(obstacle)
-@convex
-class Facet(NamedTuple):
+@crowded
+class Facet(Rounded):
     """All places within a distance of a triangle."""
 
-    anchor: tuple  # between its least and its largest coordinates [length]
-    round: float  # the distance [length]
     corner: tuple
     u: tuple  # from the first corner to the second [length]
     v: tuple  # from the first corner to the third [length]
@@ -88,7 +84,7 @@ def _barycentric(body, x):
     """Return how far along u and v the point of a triangle lies that is closest to x."""
     pu = 0.0
     pv = 0.0
-    for k in range(len(body.anchor)):
+    for k in range(len(body.midpoint)):
         r = x[k] - body.corner[k]
         pu += r * body.u[k]
         pv += r * body.v[k]

@@ -12,13 +12,13 @@ import sys
 from typing import TypeVar, dataclass_transform
 
 from carom.models.interactions.step_pairs import cross, end_of_step
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.steps import BOUNCE, CORE, IN, OUT
 from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.own import classes, kinds
 from carom.models.own.arrays import memory, per_particle, prepared
 from carom.models.own.fields import Acceleration, Array, Energy, Momentum, PerParticle, Rate, Speed, Time
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
 T = TypeVar("T")
 
@@ -89,7 +89,7 @@ def interaction(cls: type[T]) -> type[T]:
     ...         return self.contact
     ...
     ...     def interaction_time(self, i, j, rr, rv, vv, now):
-    ...         return own.first_contact(rr - self.contact**2, rv, vv)
+    ...         return own.first_contact(rr - self.contact * self.contact, rv, vv)
     ...
     ...     def jump(self, i, j, rr, rv, now):
     ...         return own.elastic(self, i, j, rr, rv)

@@ -9,8 +9,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.questions.memory import MOMENT, Field, kept, parameter
-from carom.models.questions.particles import Particles
+from carom.models.interfaces.memory import MOMENT, Field, kept, parameter
+from carom.models.interfaces.particles import Particles
 
 SOURCES: dict[str, Callable[[Particles], Any]] = {
     "radii": lambda particles: particles.radii,
@@ -54,7 +54,7 @@ class Prepared:
         self.size, self.power = size, power
 
     def made(self, value: Any, particles: Any) -> Any:
-        """Return it for a value and its particles, as compiled code knows it: without the ghost."""
+        """Return it for a value and its particles, as compiled code knows it: without the padding row."""
         found = self.make(value, particles)
         if isinstance(found, np.ndarray) and found.dtype.kind in "biuf":
             whole = not (self.power or self.times)  # what has a unit of time is no count
@@ -100,7 +100,7 @@ def per_particle(what: str | Callable[[Any, Particles], Any]) -> Any:
     -----
     Methods read it as ``self.species[i]``. What ``interaction_time`` reads is loaded for eight particles at a
     time. The array of an interaction, a contact law or an obstacle has one item more than there are
-    particles: it is for a ghost that nobody meets.
+    particles: it is for a padding row that nobody meets.
     """
     if callable(what):
         return Prepared(what, each=True)
@@ -126,7 +126,7 @@ def prepared(method: Callable[[Any, Particles], Any]) -> Any:
     ----------
     method : callable
         It returns a number, a tuple of numbers or an array. ``self`` is the value, with the fields as given;
-        ``particles`` is a :class:`carom.models.questions.particles.Particles`, None for an obstacle at rest.
+        ``particles`` is a :class:`carom.models.interfaces.particles.Particles`, None for an obstacle at rest.
 
     Returns
     -------

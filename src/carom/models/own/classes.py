@@ -1,4 +1,4 @@
-"""From one class to a value, which users write, and a NamedTuple, which the engine compiles."""
+"""From one class to a value, which users write, and a model, which the engine compiles."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import dataclasses
 import dis
 import inspect
 import sys
-from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType, ModuleType
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks, meant
+from carom import checks, suggestions
 from carom.compiling import registry
+from carom.compiling.registry import Questions
 from carom.errors import InputError, OverlapError
-from carom.models.obstacles.convex import gap_of, outline_of, round_about
+from carom.models.interfaces.memory import parameter
+from carom.models.interfaces.obstacle import LIVE
+from carom.models.interfaces.particles import NEVER, Particles
+from carom.models.interfaces.steps import step_bits
+from carom.models.obstacles.convex import gap_of, outline_of
 from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
 from carom.models.own.kinds import CONVEX, INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
-from carom.models.questions.memory import parameter, shift_epoch
-from carom.models.questions.obstacle import LIVE
-from carom.models.questions.particles import NEVER, Particles
-from carom.models.questions.steps import step_bits
 from carom.texts import with_article
 from carom.units import TimeUnit
 
@@ -87,45 +87,53 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
             if not hasattr(cls, name):
                 setattr(cls, name, follows)
     methods = _methods(cls, kind, meanings)
+    helpers = _helpers(cls, methods)
     whole = _completed(kind, parts, meanings, methods)
-    constants = _constants(cls, kind, methods, {*meanings, *whole}, meanings)
+    constants = _constants(cls, methods | helpers, {*meanings, *whole}, meanings)
     given = [name for name, each in meanings.items() if each.word != "text"]
     items = (*given, *constants, *whole)
+    asked = {name for base in kind.base.__mro__ if issubclass(base, Questions) for name in vars(base)}
+    asked -= set(vars(Questions))
+    taken = next((name for name in (*items, *helpers) if name in asked), None)
+    if taken is not None:
+        what = "method" if taken in helpers else "field"
+        raise InputError(
+            f"{cls.__name__} has a {what} {taken}, which is the name of a question that Carom asks of "
+            f"{with_article(kind.name)}: give the {what} another name."
+        )
     scope = {"__module__": cls.__module__, "__annotations__": dict.fromkeys(items, Any)}
-    make: Any = namedtuple if kind.base is None else type(kind.base)
-    compiled = (
-        make(cls.__name__, items, module=cls.__module__)
-        if kind.base is None
-        else make(cls.__name__, (kind.base,), scope)
-    )
+    compiled: Any = type(kind.base)(cls.__name__, (kind.base,), scope)
     compiled.__qualname__ = f"{cls.__qualname__}.Compiled"
     compiled.__doc__ = f"What the engine compiles of {cls.__name__}."
     if not kind.converted:  # who reads the arrays after a run has the methods of the class, too
         for name, each in vars(cls).items():
             if isinstance(each, FunctionType | property) and name not in methods and name[:2] != "__":
                 setattr(compiled, name, each)
-    setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
+    setattr(compiled, "lanes", _lanes(cls, methods, meanings, whole))  # noqa: B010 (a tuple has no such name)
     for name, function in methods.items():
-        if kind.base is None or not hasattr(kind.base, name):
-            kind.questions[name].register(compiled)(function)
-        else:
-            setattr(compiled, name, function)
-    if kind is CONVEX:
-        round_about(compiled)
+        setattr(compiled, name, function)
+        setattr(compiled, kind.questions[name].__name__, function)
+    for name, function in helpers.items():
+        setattr(compiled, name, function)
     _age(compiled, parts, methods)
     said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
     said |= {name: each.field for name, each in whole.items()}
     compiled.__annotations__ = {name: Annotated[Any, each] for name, each in said.items()}
-    definition = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
+    functions = (*methods.values(), *helpers.values())
+    definition = Own(kind, meanings, whole, constants, compiled, functions)
     return _value(cls, definition, compiled)
 
 
 def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str, Callable[..., Any]]:
     """Return the methods of a class that are compiled."""
-    compiled = {name: signature(name, question) for name, question in kind.questions.items()}
+    compiled = {name: signature(question) for name, question in kind.questions.items()}
     there = {name: inspect.getattr_static(cls, name, None) for name in (*compiled, *kind.asked, *kind.may)}
     found = {name: there[name] for name in compiled if isinstance(there[name], FunctionType)}
-    read = {name for function in found.values() for name in _reads(function)}
+    functions = (*found.values(), *_helpers(cls, found).values())
+    read = {name for function in functions for name in _reads(function)}
+    for name, question in kind.questions.items():
+        if name != question.__name__ and hasattr(cls, question.__name__):
+            raise InputError(f"{cls.__name__} has {question.__name__}: write {name}.")
     for name, wanted in {**kind.may, **kind.asked, **compiled}.items():
         if (
             there[name] is None
@@ -144,14 +152,14 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
     for name in (*kind.required, *kind.asked):
         if there[name] is not None or name in meanings or (name == "step_of" and hasattr(cls, "steps_of")):
             continue
-        alike = meant.nearest(name, written)
+        alike = suggestions.nearest(name, written)
         raise InputError(
             f"{cls.__name__} is {with_article(kind.name)} and has no {name}"
             + (f", but {alike}" if alike else "")
             + f": give it {_written(name, {**compiled, **kind.asked}[name])}."
         )
     for name in written:
-        alike = meant.nearest(name, there, MISSPELT)
+        alike = suggestions.nearest(name, there, MISSPELT)
         if alike and name not in read and isinstance(getattr(cls, name), FunctionType | bool):
             raise InputError(
                 f"{cls.__name__} has {name}, which nobody asks; did you mean {alike}? Else give it a name "
@@ -271,9 +279,21 @@ def _reads(function: Callable[..., Any]) -> Iterator[str]:
         last = name if step.opname.startswith("LOAD_FAST") else None
 
 
+def _helpers(cls: type, methods: Mapping[str, Callable[..., Any]]) -> dict[str, Callable[..., Any]]:
+    """Return the other methods that those which are compiled call, and that these call."""
+    found: dict[str, Callable[..., Any]] = {}
+    waiting = list(methods.values())
+    while waiting:
+        for name in _reads(waiting.pop()):
+            method = inspect.getattr_static(cls, name, None)
+            if isinstance(method, FunctionType) and name not in methods and name not in found:
+                found[name] = method
+                waiting.append(method)
+    return found
+
+
 def _constants(
     cls: type,
-    kind: Kind,
     methods: Mapping[str, Callable[..., Any]],
     known: set[str],
     meanings: Mapping[str, Meaning],
@@ -285,15 +305,12 @@ def _constants(
         for name in _reads(function):
             label = f"{question} of {cls.__name__}"
             value = getattr(cls, name, None)
-            if name in known and not (name in meanings and meanings[name].word == "text"):
+            if (
+                name in known and not (name in meanings and meanings[name].word == "text")
+            ) or name in methods:
                 continue
-            if isinstance(value, FunctionType):
-                raise InputError(
-                    f"{label} calls the method {name}, which compiled code cannot: make it a function "
-                    "outside of the class, and hand it what it needs."
-                )
             if not isinstance(value, bool | int | float):
-                alike = meant.nearest(name, known)
+                alike = suggestions.nearest(name, known)
                 raise InputError(
                     f"{label} reads self.{name}, which is no number and no array of the class"
                     + (f"; did you mean {alike}?" if alike else f"; it has {', '.join(sorted(known))}.")
@@ -303,13 +320,18 @@ def _constants(
 
 
 def _lanes(
-    methods: Mapping[str, Callable[..., Any]], meanings: Mapping[str, Meaning], parts: Mapping[str, Prepared]
+    cls: type,
+    methods: Mapping[str, Callable[..., Any]],
+    meanings: Mapping[str, Meaning],
+    parts: Mapping[str, Prepared],
 ) -> tuple[str, ...]:
     """Return the arrays, one value a particle, that the search reads of candidates."""
     asked = methods.get("interaction_time") or methods.get("step_time")
     if asked is None:
         return ()
-    names = {name for function in called(asked) for name in function.__code__.co_names}
+    helpers = _helpers(cls, {"": asked})
+    read = [function for each in (asked, *helpers.values()) for function in called(each)]
+    names = {name for function in read for name in function.__code__.co_names}
     each = [name for name, meaning in meanings.items() if meaning.word == "per particle"]
     each += [name for name, part in parts.items() if part.each]
     return tuple(name for name in each if name in names)
@@ -352,7 +374,7 @@ def _age(compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any
                 remembered[k] -= duration
 
     if times and "shift_epoch" not in methods:
-        shift_epoch.register(compiled)(shift)
+        compiled.shift_epoch = shift
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
@@ -382,7 +404,7 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
             raise InputError(f"{label} must be an array, found {checks.describe(found[name])}.")
         if particles is not None:
             fields.refuse_other_count(found[name], len(particles.radii), label)
-        if definition.kind.ghost:
+        if definition.kind.padded:
             found[name] = np.concatenate([found[name], found[name][:1]])
     return definition.compiled(**found)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import fields
+from carom.models import declared_values
 from carom.models.own.arrays import kind_of
 from carom.units import TimeUnit
 
@@ -97,7 +97,7 @@ def checked(value: Any, meaning: Meaning, name: str) -> Any:
     if expected == "integer":
         return checks.integer(value, name, low=-(2**63), high=2**63 - 1)
     if expected in ("numbers", "integers"):
-        numbers = fields.vector(value, name)
+        numbers = declared_values.vector(value, name)
         if expected == "numbers":
             return numbers
         return tuple(checks.integer(each, name, low=-(2**63), high=2**63 - 1) for each in value)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carom.models.drives import DriveModel
-from carom.models.mathematics.parabolas import time_to_moving
-from carom.models.questions import (
-    interaction,
-    memory,
-    observer,
-    obstacle,
-    steps,
-)
-from carom.models.questions.contact import ImpactModel
-from carom.models.questions.motion import MotionModel
-from carom.models.questions.path import PathModel
+from carom.models.interfaces.contact import ImpactModel
+from carom.models.interfaces.convex import ConvexModel
+from carom.models.interfaces.interaction import PairModel
+from carom.models.interfaces.motion import MotionModel
+from carom.models.interfaces.observer import ObserverModel
+from carom.models.interfaces.obstacle import ObstacleModel, PathModel
+from carom.models.interfaces.steps import SteppedModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +27,7 @@ class Kind:
     may: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """What else is asked in Python where the class has it, as ``asked``."""
     base: Any = None  # the class whose methods answer by default
-    ghost: bool = False  # its arrays have an item for the ghost
+    padded: bool = False  # its arrays have an item for the padding row
     converted: bool = True  # to the engine's unit of time
 
     @property
@@ -41,17 +36,18 @@ class Kind:
         return {"contact law": "impact", "interaction with steps": "interaction"}.get(self.name, self.name)
 
 
-def _named(*questions: Any) -> dict[str, Any]:
-    return {question.__name__: question for question in questions}
+def _named(base: type, *names: str, **renamed: str) -> dict[str, Any]:
+    """Return questions by the names of a user's methods; ``renamed`` are those of another name."""
+    return {name: getattr(base, renamed.get(name, name)) for name in (*names, *renamed)}
 
 
-def signature(name: str, question: Any) -> tuple[str, ...]:
+def signature(question: Any) -> tuple[str, ...]:
     """Return the parameters of the method that answers a question."""
-    code = inspect.unwrap(question).__code__
+    code = question.__code__
     return "self", *code.co_varnames[1 : code.co_argcount]
 
 
-REMEMBERED = (memory.shift_epoch, memory.copy_state)
+REMEMBERED = ("shift_epoch", "copy_state")
 
 OF_SCENES = {"check": ("self", "scene")}
 
@@ -65,58 +61,65 @@ OF_PAIRS = {
     "keeps_momentum": (),
 }
 
+SIZES = {"radius": "radius_of", "mass": "mass_of"}
+"""Questions, by the names that a user's class writes: it may have fields of these names."""
+
 INTERACTION = Kind(
     "interaction",
     _named(
-        interaction.interaction_time,
-        interaction.jump,
-        interaction.contact_time,
-        interaction.core_square,
-        interaction.radius,
-        interaction.growth,
-        interaction.mass,
-        interaction.record_impulse,
-        memory.error_message,
+        PairModel,
+        "interaction_time",
+        "jump",
+        "contact_time",
+        "core_square",
+        "record_impulse",
+        "error_message",
         *REMEMBERED,
+        **SIZES,
+        growth="growth_of",
     ),
     ("interaction_time", "jump"),
     {"reach": ("self", "scene")},
     OF_PAIRS,
-    ghost=True,
+    base=PairModel,
+    padded=True,
 )
 STEPPED = Kind(
     "interaction with steps",
     _named(
-        steps.step_time,
-        steps.step_jump,
-        steps.step_core_square,
-        steps.start_steps,
-        interaction.radius,
-        interaction.mass,
-        interaction.record_impulse,
-        memory.error_message,
+        SteppedModel,
+        "step_time",
+        "step_jump",
+        "step_core_square",
+        "start_steps",
+        "record_impulse",
+        "error_message",
         *REMEMBERED,
+        **SIZES,
     ),
     ("step_time", "step_jump"),
     {"reach": ("self", "scene"), "energies": ("self",), "step_of": ("self", "distance")},
     OF_PAIRS,
-    ghost=True,
+    base=SteppedModel,
+    padded=True,
 )
 MOTION = Kind(
     "motion",
     _named(
-        MotionModel.position,
-        MotionModel.velocity,
-        MotionModel.exit_time,
-        MotionModel.carry,
-        MotionModel.push_direction,
-        MotionModel.meeting_time,
-        MotionModel.rest_speed,
-        MotionModel.normal_acceleration,
-        MotionModel.rebound_speed,
-        MotionModel.push,
-        MotionModel.meeting,
-        MotionModel.wall_meeting,
+        MotionModel,
+        "position",
+        "velocity",
+        "exit_time",
+        "carry",
+        "push_direction",
+        "meeting_time",
+        "rest_speed",
+        "normal_acceleration",
+        "rebound_speed",
+        "bend",
+        "push",
+        "meeting",
+        "wall_meeting",
     ),
     ("position", "velocity"),
     base=MotionModel,
@@ -124,31 +127,20 @@ MOTION = Kind(
 )
 IMPACT = Kind(
     "contact law",
-    _named(ImpactModel.transfer, ImpactModel.exchanged_part, *REMEMBERED),
+    _named(ImpactModel, "transfer", "exchanged_part", *REMEMBERED),
     ("transfer",),
     base=ImpactModel,
     may={**OF_SCENES, "elastic": (), "adds_energy": ()},
-    ghost=True,
+    padded=True,
 )
+OF_OBSTACLES = (
+    "encounter", "outward", "is_periodic", "anchor", "arrival", "fall", "recoil", "surface_speed",
+    "surface_velocity", "at_time", "rest_speed", "time_to_moving", *REMEMBERED,
+)  # fmt: skip
+
 OBSTACLE = Kind(
     "obstacle",
-    _named(
-        obstacle.closest,
-        obstacle.rounding,
-        obstacle.encounter,
-        obstacle.outward,
-        obstacle.is_periodic,
-        obstacle.anchor,
-        obstacle.arrival,
-        obstacle.fall,
-        obstacle.recoil,
-        obstacle.surface_speed,
-        obstacle.surface_velocity,
-        obstacle.at_time,
-        obstacle.rest_speed,
-        time_to_moving,
-        *REMEMBERED,
-    ),
+    _named(ObstacleModel, *OF_OBSTACLES),
     ("encounter", "outward"),
     {"gap": ("self", "positions", "radii", "box", "periodic")},
     {
@@ -161,13 +153,19 @@ OBSTACLE = Kind(
         "surface": ("self", "box", "periodic"),
         "adds_energy": (),
     },
-    ghost=True,
+    base=ObstacleModel,
+    padded=True,
 )
-CONVEX = replace(OBSTACLE, required=("closest",))
+CONVEX = replace(
+    OBSTACLE,
+    questions=_named(ConvexModel, "closest", "rounding", *OF_OBSTACLES),
+    required=("closest",),
+    base=ConvexModel,
+)
 """All else follows from the closest point."""
 DRIVE = Kind(
     "drive",
-    _named(DriveModel.next_time, DriveModel.kick),
+    _named(DriveModel, "next_time", "kick"),
     ("next_time", "kick"),
     base=DriveModel,
     may={**OF_SCENES, "pace": ("self", "scene"), "conserves_momentum": ()},
@@ -175,14 +173,15 @@ DRIVE = Kind(
 )
 OBSERVER = Kind(
     "observer",
-    _named(observer.at_pair, observer.at_obstacle, observer.at_epoch),
+    _named(ObserverModel, "at_pair", "at_obstacle", "at_epoch"),
     (),
+    base=ObserverModel,
     may={"add": ("self", "block"), "result": ("self",), "begin": ("self", "scene")},
     converted=False,
 )
 PATH = Kind(
     "path",
-    _named(PathModel.place, PathModel.pace),
+    _named(PathModel, "place", "pace"),
     ("place", "pace"),
     base=PathModel,
     asked={"lowest": (), "highest": (), "period": (), "acceleration": ()},

@@ -33,6 +33,7 @@ class Course:
     packing_fraction: float
     cube: float  # of the largest diameter to the power d
     equal: bool  # whether all diameters are the same
+    changes: bool  # blocks have their own kT
     cools: bool  # the energy changes at constant diameters
     grows: bool  # diameters do
     source: str = "Contacts change"  # what changes the energy, with its verb
@@ -67,7 +68,7 @@ class Course:
             cube = dot(durations, np.array([each.cube for each in sizes])) / float(durations.sum())
             filling, equal = filled / packing_fraction, all(each.equal for each in sizes)
         cools = changes and not grows and not exchanges
-        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, cools, grows, source)
+        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, changes, cools, grows, source)
 
     @property
     def note(self) -> str:
@@ -94,6 +95,13 @@ class Course:
         """
         pace = np.sqrt(self.heat) if self.cools else np.ones(len(self.heat))
         return self.average(virials / pace, self.durations * self.heat / pace)
+
+    def pressure(self, virials: np.ndarray) -> Estimate:
+        """Return P V over N times the mean kT, for virials in units of ``d N kT``: averages over time.
+
+        Where kT is not constant, this is no multiple of Z: it fluctuates together with the virial.
+        """
+        return self.average(self.durations * self.heat + virials, self.durations)
 
     def contact(self, virials: np.ndarray) -> Estimate:
         """Return :meth:`excess` with the packing fraction of each block, over that of the stretch."""

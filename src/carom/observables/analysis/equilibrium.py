@@ -168,10 +168,11 @@ def slow_structure(scene: Scene, square: float) -> list[str]:
 def caged(scene: Scene, moved: float) -> bool:
     """Tell whether particles that ``moved`` so far [mean spacing] sit in the cages of a crystal or a glass.
 
-    The stable phase of equal particles beyond melting is a crystal. In the plane its particles move the
-    further, the more there are, as the logarithm of their number.
+    The stable phase of equal particles beyond melting is a crystal; at melting itself it still changes
+    slowly. In the plane its particles move the further, the more there are, as the logarithm of their number.
     """
-    frozen = scene.packing_fraction >= MELTING.get(scene.dimension, math.inf) and is_simple(scene)
+    beyond = round(scene.packing_fraction, 9) > MELTING.get(scene.dimension, math.inf)
+    frozen = beyond and is_simple(scene)
     return moved <= (STUCK if frozen else CAGED)
 
 

@@ -71,6 +71,8 @@ def _save(
     from carom.io import checkpoint
     from carom.version import __version__
 
+    if not run_state.scheduled:  # a file says that it is
+        run_state.schedule()
     run_state.flush_log()
     system, clock = run_state.system, run_state.clock
     arrays, scene_attributes = _arrays(run_state)

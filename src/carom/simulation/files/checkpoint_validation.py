@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import is_ours
 from carom.engine.build import arrays
 from carom.engine.calendar import BLOCK
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
@@ -23,12 +24,12 @@ from carom.engine.neighbors.all_pairs import Everybody
 from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.contact_cache import CAPACITY, STALE
 from carom.engine.neighbors.grid import coordinate_bits
-from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.lists import NeighborLists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.interface import kept_arrays, listed
 from carom.engine.observers.own import Own
 from carom.models.interactions.units import COMPLAINTS, Units
-from carom.models.questions.memory import fields_of
+from carom.models.interfaces.memory import fields_of
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
@@ -184,7 +185,7 @@ def check(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
 def _problems(run_state: RunState, mine: Mapping[str, np.ndarray]) -> Iterator[str]:
     """Yield what is wrong, as the end of a sentence."""
     for name, array in mine.items():
-        if name.startswith("observers."):
+        if name.startswith("observers.") or _is_of_users_model(run_state, name):
             continue
         if array.dtype.kind == "f" and array.size and not SCRATCH.fullmatch(name):
             low, high = array.min(), array.max()
@@ -195,13 +196,23 @@ def _problems(run_state: RunState, mine: Mapping[str, np.ndarray]) -> Iterator[s
     yield from _of_clock(run_state)
     yield from _of_state(run_state)
     neighbors = run_state.engine.neighbors
-    if isinstance(neighbors, Lists):
+    if isinstance(neighbors, NeighborLists):
         yield from _of_lists(run_state, neighbors)
     elif isinstance(neighbors, Sectors):
         yield from _of_sectors(run_state, neighbors)
     elif isinstance(neighbors, Everybody):
         yield from _of_everybody(run_state, neighbors)
     yield from _of_model(run_state)
+
+
+def _is_of_users_model(run_state: RunState, name: str) -> bool:
+    """Tell whether an array is the memory of a model that is not Carom's: what it may hold is not known."""
+    part: Any = run_state.engine
+    for word in name.split(".")[:-1]:
+        part = part[int(word)] if word.isdigit() else getattr(part, word)
+        if isinstance(part, tuple) and type(part) is not tuple and not is_ours(type(part).__module__):
+            return True
+    return False
 
 
 def _outside(name: str, values: np.ndarray, low: float, high: float) -> Iterator[str]:
@@ -236,7 +247,7 @@ def _of_state(run_state: RunState) -> Iterator[str]:
     if np.count_nonzero(rows["event_time"][:n] < now) > BLOCK // 4:
         yield "state.rows.event_time is before the present for many"
     if rows["event_time"][n] != -math.inf:
-        yield "state.rows.event_time lets the ghost meet somebody"
+        yield "state.rows.event_time lets the padding row meet somebody"
     with np.errstate(over="ignore"):
         squares = np.sum(np.square(rows["v"].astype(np.float64)))
     if not math.isfinite(squares):
@@ -262,7 +273,7 @@ def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.nda
         yield f"{name} holds a component where it is not"
 
 
-def _of_lists(run_state: RunState, lists: Lists) -> Iterator[str]:
+def _of_lists(run_state: RunState, lists: NeighborLists) -> Iterator[str]:
     n, dimension = run_state.scene.n, run_state.scene.dimension
     cell_capacity = lists.cells.shape[1]
     yield from _outside("neighbors.members", lists.members, 0, cell_capacity)

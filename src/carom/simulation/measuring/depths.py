@@ -18,9 +18,6 @@ from carom.geometry import overlaps
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import Geometry, Overlap
 from carom.models import model_checks
-from carom.models.questions.interaction import core_square, radius, record_impulse
-from carom.models.questions.memory import shift_epoch
-from carom.models.questions.steps import step_core_square
 from carom.scene.fields import standing
 from carom.simulation.model_validation.obstacles import known_to_move
 from carom.simulation.model_validation.probes import by_kind, kinds_of
@@ -105,7 +102,7 @@ def in_frames(scene: Scene, frames: Iterable[Frame]) -> Iterator[tuple[float, Ov
     system = prepare(scene, velocities)
     pair, interaction = system.interaction.model(system.particles), system.interaction
     unknown = system.stepped and not hasattr(interaction, "cores_of")
-    if unknown or (model_checks.is_own(interaction) and model_checks.answers(record_impulse, pair)):
+    if unknown or (model_checks.is_own(interaction) and model_checks.answers("record_impulse", pair)):
         raise InputError(
             f"Frames do not hold what pairs of {type(interaction).__name__} remember, on which their cores "
             "depend; leave out frames, or look at worst_overlap in the statistics of the simulation."
@@ -130,7 +127,7 @@ def _forgets(run_state: Any) -> bool:
     if not model_checks.is_own(run_state.system.interaction):
         return False
     return run_state.system.stepped or any(
-        model_checks.answers(question, pair) for question in (shift_epoch, record_impulse)
+        model_checks.answers(question, pair) for question in ("shift_epoch", "record_impulse")
     )
 
 
@@ -157,8 +154,8 @@ def deepest_of(
     geometry = Geometry(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     places, radii = geometry.wrapped(state.positions), 0.5 * state.diameters
     own = model_checks.is_own(system.interaction)
-    if own and model_checks.answers(radius, pair):
-        radii = np.array([float(radius(pair, i, now)) for i in range(scene.n)])
+    if own and model_checks.answers("radius_of", pair):
+        radii = np.array([float(pair.radius_of(i, now)) for i in range(scene.n)])
     if scene.pinned is not None:
         radii = np.where(scene.pinned, -np.inf, radii)
     models = zip(standing(scene), system.obstacle_models, strict=True)
@@ -182,12 +179,12 @@ def _cores(
     interaction: Any = system.interaction
     if system.stepped and not hasattr(interaction, "cores_of"):
         pairs, step_numbers = steps
-        squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
+        squares = [max(float(pair.step_core_square(step)), 0.0) for step in range(len(pair.energy))]
         return pairs, np.sqrt(squares)[step_numbers]
-    if not system.stepped and not model_checks.answers(core_square, pair):
+    if not system.stepped and not model_checks.answers("core_square", pair):
         return np.zeros((0, 2), np.int64), np.zeros(0)
     pairs = geometry.near(places, system.diameter)
     if system.stepped:
         return pairs, interaction.cores_of(pairs, scene.species, scene.diameter)
     kinds = kinds_of(pair, system)
-    return pairs, np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
+    return pairs, np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(pair.core_square(i, j, now)), 0.0)))

@@ -10,16 +10,17 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, warn
-from carom.meant import corrected
 from carom.models.active import Active
 from carom.notebook import watchable
 from carom.observables.analysis.drift import STUCK
 from carom.observables.analysis.equilibrium import RENEWED, RENEWED_OTHERWISE, caged, slow_structure
 from carom.scene.fields import is_usual, standing
 from carom.simulation.measuring import stretches
+from carom.suggestions import corrected
 from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
+    from carom.frame import Frame
     from carom.simulation.run_state import RunState
     from carom.simulation.simulation import Simulation
 
@@ -103,7 +104,8 @@ def equilibrate(
     """Continue the run to equilibrium, and bring its mean temperature to ``kT``, if that is given.
 
     The run goes on until the particles have left their neighborhoods: in a fluid near freezing, and in a
-    fluid of hard particles that began on a lattice. It then lasts up to 16 times as long.
+    fluid of hard particles that began on a lattice. It then lasts up to 16 times as long. In a shear they
+    leave them across the stream.
 
     Pairs that fall into wells heat, and so do particles that fall in a field. Velocities are therefore scaled
     several times, each time by the mean kT since the last. The last quarter is undisturbed. Where kT is
@@ -270,11 +272,17 @@ class StructuralRelaxation:
     def _square(self) -> float:
         assert self.start is not None
         scale = np.array(self._run_state.scene.box) / self._box  # a barostat moves all places with the box
-        return mean_square_displacement(self.start * scale, self._run_state.frame().unwrapped)
+        return mean_square_displacement(self.start * scale, self._run_state.frame())
 
 
-def mean_square_displacement(start: np.ndarray, end: np.ndarray) -> float:
-    """Return the mean square distance of unwrapped positions (n, d), without the common part [length^2]."""
-    distance = end - start
+def mean_square_displacement(start: np.ndarray, frame: Frame) -> float:
+    """Return the mean square distance of a frame from ``start`` (n, d), without the common part [length^2].
+
+    In a shear it is ``d / (d - 1)`` times that across the stream, which carries particles apart.
+    """
+    distance = frame.unwrapped - start
+    if frame.tilt is not None:
+        distance = distance[:, 1:]
     distance -= distance.mean(axis=0)
-    return float(np.mean(np.sum(distance * distance, axis=1)))
+    part = distance.shape[1] / frame.dimension
+    return float(np.mean(np.sum(distance * distance, axis=1))) / part

@@ -75,8 +75,8 @@ class Flying:
     def result(self) -> FreeFlightsResult:
         """Return distributions and means."""
         scene = self._sim.scene
-        kinds = np.zeros(scene.n, np.int64) if scene.species is None else scene.species
-        counts = np.bincount(kinds, minlength=len(self._before.times))
+        species = np.zeros(scene.n, np.int64) if scene.species is None else scene.species
+        counts = np.bincount(species, minlength=len(self._before.times))
         return flights_of(self._sums, self._durations, counts, self._widths)
 
 
@@ -87,10 +87,10 @@ def keeping(run_state: RunState) -> Iterator[None]:
     from carom.models.interactions.pinned import PinnedCores
 
     system, pair = run_state.system, run_state.engine.model.pair
-    kinds = None if system.kinds is None else system.particles.with_ghost(system.kinds, np.int64)
+    species = None if system.species is None else system.particles.with_padding(system.species, np.int64)
     inverse = pair.inverse if isinstance(pair, PinnedCores) else None
     with run_state.alone.changing():
-        _exchange(run_state, make_flights(system.n, kinds, inverse))
+        _exchange(run_state, make_flights(system.n, species, inverse))
     try:
         yield
     finally:

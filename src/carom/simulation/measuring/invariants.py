@@ -26,7 +26,12 @@ class EnergyMomentum(NamedTuple):
         scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
         return cls(unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1))
 
-    def momentum_drift(self, start: EnergyMomentum) -> float:
-        """Return the change of the momentum since the start, in terms of its scale."""
-        change = float(np.linalg.norm(self.momentum - start.momentum))
-        return change / start.scale if start.scale else 0.0
+    def momentum_drift(self, start: EnergyMomentum, strain: float = 0.0) -> float:
+        """Return the change of the momentum since the start, in terms of its scale.
+
+        In a shear each peculiar velocity along axis 0 has fallen by ``strain`` times that along axis 1.
+        """
+        change = self.momentum - start.momentum
+        if strain:
+            change[0] += strain * start.momentum[1]
+        return float(np.linalg.norm(change)) / start.scale if start.scale else 0.0

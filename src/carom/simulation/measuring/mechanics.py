@@ -12,9 +12,9 @@ from carom.arithmetic import power
 from carom.block import Block, Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
+from carom.models.interfaces.particles import species_count
 from carom.models.motions.shear import Shear
-from carom.models.species import species_count
-from carom.scene.velocities import kept_by_motion
+from carom.scene.velocities import conserved, kept_by_motion
 from carom.simulation.measuring.invariants import EnergyMomentum
 from carom.simulation.measuring.readings import energy_of_first_steps, energy_of_steps, kT_time, momentum_flux
 from carom.simulation.moves.barostat import volume_sums
@@ -59,7 +59,7 @@ class Statistics:
         inelastic contacts lost, and growth and ``rescale()`` added, is included.
     momentum_drift : float
         Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls, obstacles or the
-        motion change it. What ``rescale()`` took away is included.
+        motion change it. What ``rescale()`` took away is included, the exact change by a shear is not.
     swaps_tried, swaps_accepted : int
         Pairs whose diameters were to be exchanged, and those where there was room for it.
     volume_moves_tried, volume_moves_accepted : int
@@ -156,6 +156,8 @@ def statistics(run_state: RunState) -> Statistics:
     exchanges_momentum = run_state.engine.model.obstacles is not None or run_state.scene.pinned is not None
     exchanges_momentum |= run_state.engine.model.rules is not None or run_state.system.drive is not None
     exchanges_momentum |= not all(kept_by_motion(run_state.scene))
+    motion, stage = run_state.scene.motion, run_state.oscillation.done if run_state.oscillation else 0
+    strain = motion.strain(float(run_state.clock.instant), stage) if isinstance(motion, Shear) else 0.0
     elastic_contacts = getattr(run_state.engine.model.impact, "spared", None)
     return Statistics(
         collisions=int(tally.collisions),
@@ -169,7 +171,7 @@ def statistics(run_state: RunState) -> Statistics:
         collisions_per_second=float(tally.collisions / run_state.seconds) if run_state.seconds else 0.0,
         worst_overlap=max(at_collisions, run_state.depths.look(run_state)),
         energy_drift=_energy_drift(run_state, present),
-        momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start),
+        momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start, strain),
         swaps_tried=0 if run_state.sweeps is None else run_state.sweeps.tried,
         swaps_accepted=0 if run_state.sweeps is None else run_state.sweeps.accepted,
         volume_moves_tried=0 if run_state.volume_moves is None else run_state.volume_moves.tried,
@@ -189,6 +191,10 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     scene, before, after = run_state.scene, run_state.start.energy, present.energy
     flux = momentum_flux(run_state)
     if flux is not None and isinstance(scene.motion, Shear):
+        if all(conserved(scene)):  # the flux is about the center of mass
+            twice_mass = 2.0 * float(scene.masses.sum())
+            before -= math.fsum(run_state.start.momentum**2) / twice_mass
+            after -= math.fsum(present.momentum**2) / twice_mass
         # Less what the stream did: momentum along axis 0 that passed along axis 1.
         after += scene.motion.rate * float(flux.carried[1, 0] + flux.handed_over[1, 0])
     before += rotational_energy(scene, scene.spins)

@@ -14,14 +14,14 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.geometry.overlaps import Overlap
 from carom.models import model_checks
-from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
+from carom.models.interfaces.memory import copied
+from carom.models.interfaces.obstacle import Obstacle
+from carom.models.interfaces.particles import Particles
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles.dressing import Dressed, dressed
+from carom.models.obstacles.with_properties import Dressed, dressed
 from carom.models.own.classes import kind_of, sized
 from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
-from carom.models.questions.obstacle import Obstacle
-from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
 from carom.simulation.measuring.depths import deepest, in_frames, present
 from carom.simulation.model_validation import probes
@@ -453,7 +453,7 @@ def _kind(value: Any) -> str:
     for question in (*model_checks.REQUIRED["interaction"], *model_checks.STEPPED):
         if model_checks.answers(question, model):
             raise InputError(
-                f"{type(value).__name__} is an interaction, as its model answers {question.__name__}, and "
+                f"{type(value).__name__} is an interaction, as its model answers {question}, and "
                 f"{model_checks.lacks(value, 'reach')}(scene): the largest distance at which two act on each "
                 "other."
             )

@@ -9,9 +9,9 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import CORE
+from carom.models.interfaces.observer import Epoch, ObstacleEvent, PairEvent
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.steps import CORE
 from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, number_of
 
 if TYPE_CHECKING:
@@ -100,12 +100,12 @@ def try_events(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> No
         r, virial = (radii[i] + radii[j]) * normal, -approach * scene.mass * (radii[i] + radii[j])
         places, time = scene.positions[[i, j]], float(rng.uniform())
         if i != j:
-            at_pair(observer, PairEvent(i, j, time, r, places, v, reflected, virial, CORE))
+            observer.at_pair(PairEvent(i, j, time, r, places, v, reflected, virial, CORE))
         if fixed:
             momentum = -2.0 * float(normal @ v[0])
             bounced, number = v[0] + momentum * normal, int(rng.integers(0, fixed))
-            at_obstacle(
-                observer,
-                ObstacleEvent(i, number, time, normal, places[0], v[0], bounced, scene.mass * momentum, 0.0),
+            gained = scene.mass * momentum, 0.0, radii[i]
+            observer.at_obstacle(
+                ObstacleEvent(i, number, time, normal, places[0], v[0], bounced, *gained),
             )
-    at_epoch(observer, Epoch(0.0, scene.positions.copy(), speed * rng.normal(size=(n, d))))
+    observer.at_epoch(Epoch(0.0, scene.positions.copy(), speed * rng.normal(size=(n, d))))

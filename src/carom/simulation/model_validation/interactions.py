@@ -12,8 +12,7 @@ from carom import checks
 from carom.errors import InputError, OverlapError
 from carom.geometry import overlaps
 from carom.models import model_checks
-from carom.models.questions.interaction import core_square, jump, mass, radius
-from carom.models.questions.steps import step_bits, step_jump, step_time
+from carom.models.interfaces.steps import step_bits
 from carom.scene.fields import geometry_at_start
 from carom.simulation.model_validation import probes
 from carom.simulation.model_validation.setting import TOLERANCE, number_of
@@ -34,7 +33,7 @@ def refuse_interaction(
     if system.stepped:
         refuse_few_steps(system.interaction, pair, system)
     refuse_short(pair, system.n, probes.outermost(system.interaction, system.particles, 0, system.n - 1))
-    if system.curved and not model_checks.answers(core_square, pair):
+    if system.curved and not model_checks.answers("core_square", pair):
         raise InputError(
             f"On curved paths two components touch at the distance that core_square answers, which "
             f"{type(pair).__name__} does not: give it that method."
@@ -48,7 +47,7 @@ def refuse_interaction(
 def refuse_without_steps(value: Any, pair: Any) -> None:
     """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part."""
     name, model = type(value).__name__, type(pair).__name__
-    stepped = model_checks.answers(step_time, pair)
+    stepped = model_checks.answers("step_time", pair)
     if stepped and not hasattr(value, "steps"):
         raise InputError(f"{model} answers step_time, and {name} {model_checks.lacks(value, 'steps')}.")
     if not stepped and hasattr(value, "steps"):
@@ -76,11 +75,11 @@ def refuse_few_steps(value: Any, pair: Any, system: System) -> None:
 def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
     """Raise InputError where a field of one value a component has fewer than ``n + 1`` items, or is no array.
 
-    That is what a lane names, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
-    answered. Others are found by asking for the last component and the ghost, on a ``step``.
+    That is what a lane names, and ``radii`` and ``masses`` if ``radius_of`` and ``mass_of`` are not
+    answered. Others are found by asking for the last component and the padding row, on a ``step``.
     """
     named = {*getattr(pair, "lanes", ())}
-    for question, name in ((radius, "radii"), (mass, "masses")):
+    for question, name in (("radius_of", "radii"), ("mass_of", "masses")):
         if not model_checks.answers(question, pair) and getattr(pair, name, None) is not None:
             named.add(name)
     arrays = {name: getattr(pair, name) for name in pair._fields}
@@ -88,7 +87,7 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
         if name in named and not isinstance(values, np.ndarray):
             raise InputError(
                 f"The field {name} of {type(pair).__name__} is a {type(values).__name__}; expected an array "
-                f"of {n + 1} items: make it with particles.with_ghost."
+                f"of {n + 1} items: make it with particles.with_padding."
             )
         if name in named and len(values) < n + 1:
             raise InputError(short(pair, name, n))
@@ -96,17 +95,17 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
             raise InputError(
                 f"The field {name} of {type(pair).__name__} is named by lanes, and is an array of shape "
                 f"{values.shape}, strides {values.strides}; expected one of one value a component, and "
-                "contiguous: make it with particles.with_ghost."
+                "contiguous: make it with particles.with_padding."
             )
     one = np.float64(1.0)
     for j in (n - 1, n):
         for i in {0, n - 1} - {j}:
             try:
                 probes.time(pair, i, j, one, one, step)
-                if j < n and step is None and model_checks.answers(jump, pair):
-                    checks.answer(jump, pair, i, j, one, -one, 0.0)
+                if j < n and step is None and model_checks.answers("jump", pair):
+                    checks.answer("jump", pair, i, j, one, -one, 0.0)
                 elif j < n and step is not None:
-                    checks.answer(step_jump, pair, i, j, step, one, -one, 0.0)
+                    checks.answer("step_jump", pair, i, j, step, one, -one, 0.0)
             except IndexError:
                 raise InputError(short(pair, shortest(pair, n), n)) from None
 
@@ -128,7 +127,7 @@ def short(model: Any, name: str, n: int) -> str:
     field = f"The field {name}" if name else "A field"
     return (
         f"{field} of {type(model).__name__} has {found} items; expected {n + 1}, one a component and one for "
-        "the ghost: make it with particles.with_ghost."
+        "the padding row: make it with particles.with_padding."
     )
 
 
@@ -169,7 +168,7 @@ def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> N
     speed = float(system.unit.to_kernel(1.0, -1))
     pairs = geometry.near(geometry.wrapped(scene.positions), system.diameter)
     distances = geometry.distances(scene.positions, pairs)
-    squares = probes.by_kind(kinds, pairs, lambda i, j: number_of(core_square, pair, i, j, 0.0))
+    squares = probes.by_kind(kinds, pairs, lambda i, j: number_of("core_square", pair, i, j, 0.0))
     core = np.sqrt(np.maximum(squares, 0.0))
     throw = probes.by_kind(
         kinds, pairs, lambda i, j: probes.contact_distance(pair, i, j, system.diameter, speed)

@@ -9,7 +9,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
-from carom.models.questions.particles import NEVER
+from carom.models.interfaces.particles import NEVER
 from carom.simulation.model_validation.setting import TOLERANCE, Record, Setting, record_of, time_of
 
 if TYPE_CHECKING:
@@ -44,6 +44,11 @@ def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relat
         straight = (x[1] - x[0]) + (first_time + second_time) * (v[1] - v[0])
         off = np.abs((at_once[1] - at_once[0]) - straight).max()
         record.note("relative", d, off <= TOLERANCE * size, **facts, off=off)
+    if model_checks.answers("bend", motion):
+        bound = checks.answer("bend", motion)[0] * (first_time + second_time)
+        change = np.linalg.norm(then - v, axis=1).max()
+        slack = TOLERANCE * np.abs(then).max()
+        record.note("bend", d, change <= bound + slack, **facts, change=change, bound=bound)
     if setting.straight:
         off = np.abs(at_once - x - (first_time + second_time) * v).max()
         record.note("uniform", d, off <= TOLERANCE * size, **facts, off=off)

@@ -10,22 +10,12 @@ from typing import Any
 import numpy as np
 
 from carom.models import model_checks
-from carom.models.copies import copied
+from carom.models.interfaces.memory import copied
+from carom.models.interfaces.particles import NEVER
 from carom.models.obstacles import walls
 from carom.models.obstacles.box_walls import cushions
-from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.surfaces import Lossy, Thermostat
-from carom.models.questions.obstacle import (
-    anchor,
-    arrival,
-    at_time,
-    encounter,
-    is_periodic,
-    outward,
-    recoil,
-    surface_speed,
-)
-from carom.models.questions.particles import NEVER
+from carom.models.obstacles.with_properties import Dressed
 from carom.simulation.model_validation.setting import (
     GRAZING,
     TOLERANCE,
@@ -127,15 +117,15 @@ class ObstacleTrial:
     def _time(self, x: np.ndarray, v: np.ndarray, radius: float, now: float) -> float:
         """Return when a component meets the obstacle, in any image of the box in which it stands."""
         best, motion = NEVER, self._setting.motion
-        plain = self._setting.free and not self._moves and model_checks.answers(encounter, self.model)
+        plain = self._setting.free and not self._moves and model_checks.answers("encounter", self.model)
         for place_ in self._images(x):
             way = (place_, v, radius, self._growth)
-            asked = (encounter, self.model, *way) if plain else (motion.meeting, self.model, *way, now)
+            asked = ("encounter", self.model, *way) if plain else (motion.meeting, self.model, *way, now)
             best = min(best, time_of(*asked))
         return best
 
     def _images(self, x: np.ndarray) -> Iterator[np.ndarray]:
-        if not is_periodic(self.model):
+        if not self.model.is_periodic():
             yield x.copy()
             return
         turns = np.floor([self._turns(axis) for axis in range(len(x))])
@@ -144,16 +134,16 @@ class ObstacleTrial:
 
     def _turns(self, axis: int) -> float:
         edge = float(self._edges[axis])
-        return float(anchor(self.model, axis)) / edge if edge > 0.0 else 0.0
+        return float(self.model.anchor(axis)) / edge if edge > 0.0 else 0.0
 
     def _facing(self, x: np.ndarray) -> np.ndarray:
         """Return the image of a place that is nearest to the obstacle."""
-        if not is_periodic(self.model):
+        if not self.model.is_periodic():
             return x.copy()
         image = x.copy()
         for axis in np.flatnonzero(self._edges):
             edge = self._edges[axis]
-            image[axis] -= edge * np.rint((x[axis] - anchor(self.model, int(axis))) / edge)
+            image[axis] -= edge * np.rint((x[axis] - self.model.anchor(int(axis))) / edge)
         return image
 
     def _thrown(
@@ -163,11 +153,11 @@ class ObstacleTrial:
         setting, d, growth = self._setting, self._setting.dimension, self._growth
         (x,), (v,) = setting.moved(x[None], v[None], t)
         size = radius + growth * t
-        at_time(self.model, t)
+        self.model.at_time(t)
         image = self._facing(x)
-        normal = np.array([number_of(outward, self.model, image, axis) for axis in range(d)])
+        normal = np.array([number_of("outward", self.model, image, axis) for axis in range(d)])
         length = float(np.linalg.norm(normal))
-        speed = growth + number_of(surface_speed, self.model, normal, t)
+        speed = growth + number_of("surface_speed", self.model, normal, t)
         approach = speed - float(normal @ v)
         away = True
         if not self._moves:
@@ -194,7 +184,7 @@ class ObstacleTrial:
 
     def _recoiled(self, x: np.ndarray, v: np.ndarray, normal: np.ndarray, t: float) -> np.ndarray:
         after, mass = np.array(v), float(self._setting.particles.masses[0])
-        recoil(self.model, self._setting.motion, 0, mass, x.copy(), after, normal.copy(), self._growth, t)
+        self.model.recoil(self._setting.motion, 0, mass, x.copy(), after, normal.copy(), self._growth, t)
         return after
 
 
@@ -202,7 +192,7 @@ def _moves(model: Any) -> bool:
     """Tell whether a model is of an obstacle that moves; a surface passes this on from what it covers."""
     while isinstance(model, Lossy | Thermostat):
         model = model.body
-    return any(model_checks.answers(question, model) for question in (arrival, at_time, surface_speed))
+    return any(model_checks.answers(question, model) for question in ("arrival", "at_time", "surface_speed"))
 
 
 def known_to_move(value: Any, model: Any) -> bool:

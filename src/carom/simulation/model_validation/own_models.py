@@ -14,9 +14,9 @@ import numpy as np
 
 from carom.errors import InputError, warn
 from carom.models import model_checks
-from carom.models.copies import copied
+from carom.models.interfaces.memory import copied
 from carom.models.obstacles import faces
-from carom.models.obstacles.wall_names import wall_name
+from carom.models.obstacles.box_walls import wall_name
 from carom.scene.fields import standing
 from carom.simulation.model_validation.events import try_drive, try_impact
 from carom.simulation.model_validation.interactions import refuse_interaction, short, shortest, unlike_pairs
@@ -52,7 +52,7 @@ def try_own_models(kinds: set[str], obstacles: list[int], scene: Scene, system: 
         )
         model_checks.answered(kind, model)
     for k in obstacles:
-        model_checks.compilable(f"obstacle {standing(scene)[k].name}", system.obstacle_models[k])
+        model_checks.answered(f"obstacle {standing(scene)[k].name}", system.obstacle_models[k])
     if "interaction" in kinds:  # it is tried along the motion
         values.pop("motion", None)
     tried = list(values.items())

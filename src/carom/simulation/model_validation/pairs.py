@@ -10,9 +10,8 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromError, OverlapError
 from carom.models import model_checks
-from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
-from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
+from carom.models.interfaces.particles import NEVER
+from carom.models.interfaces.steps import BOUNCE, CORE
 from carom.simulation.model_validation import probes
 from carom.simulation.model_validation.setting import (
     GRAZING,
@@ -52,7 +51,7 @@ class PairTrial:
     def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, contact_range: float):
         self._value, self._pair, self._setting, self._record = value, pair, setting, record
         self._reach = contact_range
-        self._stepped = model_checks.answers(step_time, pair)
+        self._stepped = model_checks.answers("step_time", pair)
         self._span = SPAN * setting.size / setting.speed
         self._keeps_momentum = getattr(value, "keeps_momentum", True)
         conserves = getattr(value, "conserves", None)
@@ -89,7 +88,7 @@ class PairTrial:
         """Return about how near the two come, which is where their ways are to lead [length]."""
         if self._stepped:
             return self._reach
-        core = math.sqrt(max(number_of(core_square, self._pair, i, j, 0.0), 0.0))
+        core = math.sqrt(max(number_of("core_square", self._pair, i, j, 0.0), 0.0))
         if self._setting.curved:
             return core
         head_on = probes.contact_distance(self._pair, i, j, self._reach, self._setting.speed)
@@ -142,18 +141,18 @@ class PairTrial:
         if self._setting.masses_known:
             a, b = self._setting.particles.masses[[i, j]].tolist()
             return a, b
-        if model_checks.answers(mass, self._pair) or hasattr(self._pair, "masses"):
-            return number_of(mass, self._pair, i), number_of(mass, self._pair, j)
+        if model_checks.answers("mass_of", self._pair) or hasattr(self._pair, "masses"):
+            return number_of("mass_of", self._pair, i), number_of("mass_of", self._pair, j)
         return 1.0, 1.0
 
     def _rate(self, i: int, j: int) -> float:
-        return float(growth(self._pair, i) + growth(self._pair, j))
+        return float(self._pair.growth_of(i) + self._pair.growth_of(j))
 
     def _time(self, i: int, j: int, step: int | None, x: np.ndarray, v: np.ndarray, now: float) -> float:
         """Return when two interact that are at places x with velocities v, (2, d), at the time now."""
         pair = self._pair
         if self._setting.curved:
-            contact = math.sqrt(max(number_of(core_square, pair, i, j, now), 0.0))
+            contact = math.sqrt(max(number_of("core_square", pair, i, j, now), 0.0))
             me, other = (record_of(*each) for each in zip(x, v, strict=True))
             rate = self._rate(i, j)
             return time_of(
@@ -162,14 +161,14 @@ class PairTrial:
         r, u = x[1] - x[0], v[1] - v[0]
         scalars = (np.float64(r @ r), np.float64(r @ u), np.float64(u @ u), now)
         if step is None:
-            return time_of(interaction_time, pair, i, j, *scalars)
-        return time_of(step_time, pair, i, j, step, *scalars)
+            return time_of("interaction_time", pair, i, j, *scalars)
+        return time_of("step_time", pair, i, j, step, *scalars)
 
     def _jump(self, i: int, j: int, step: int | None, rr: float, rv: float, now: float) -> tuple[Any, ...]:
         rr, rv = np.float64(rr), np.float64(rv)
         if step is None:
-            return checks.answer(jump, self._pair, i, j, rr, rv, now)
-        found = checks.answer(step_jump, self._pair, i, j, step, rr, rv, now)
+            return checks.answer("jump", self._pair, i, j, rr, rv, now)
+        found = checks.answer("step_jump", self._pair, i, j, step, rr, rv, now)
         return (*found[:3], step, CORE) if math.isnan(found[3]) else found
 
     def _note(self, condition: str, holds: Any, **numbers: Any) -> None:
@@ -260,7 +259,7 @@ class PairTrial:
         setting, pair = self._setting, self._pair
 
         def core_at(later: float) -> float:
-            asked = (core_square, pair, i, j, later) if step is None else (step_core_square, pair, step)
+            asked = ("core_square", pair, i, j, later) if step is None else ("step_core_square", pair, step)
             return math.sqrt(max(number_of(*asked), 0.0))
 
         start, u = x[1] - x[0], v[1] - v[0]

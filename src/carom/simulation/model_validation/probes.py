@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.models.questions.interaction import interaction_time
-from carom.models.questions.particles import Particles
-from carom.models.questions.steps import step_time
+from carom.models.interfaces.particles import Particles
 from carom.simulation.model_validation.setting import time_of
 
 if TYPE_CHECKING:
@@ -56,8 +54,8 @@ def time(pair: Any, i: int, j: int, distance: Any, speed: Any, step: int | None 
     """Return the time until two act on each other that approach head-on from a distance [length]."""
     r, v = np.float64(distance), np.float64(speed)
     if step is None:
-        return time_of(interaction_time, pair, i, j, r * r, -r * v, v * v, 0.0)
-    return time_of(step_time, pair, i, j, step, r * r, -r * v, v * v, 0.0)
+        return time_of("interaction_time", pair, i, j, r * r, -r * v, v * v, 0.0)
+    return time_of("step_time", pair, i, j, step, r * r, -r * v, v * v, 0.0)
 
 
 def kinds_of(model: Any, system: System) -> np.ndarray:

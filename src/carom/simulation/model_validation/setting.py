@@ -17,8 +17,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import CaromError, InputError
+from carom.models.interfaces.particles import NEVER, Particles
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.particles import NEVER, Particles
 
 TOLERANCE = 2.0**-26
 """Relative difference that counts as rounding: the root of that of a double, since roots lose half of it."""
@@ -46,6 +46,7 @@ SENTENCES = {
     "part": "the part that is exchanged is a number of at least 1/2 (all is lost)",
     "elastic": "a law with elastic = True exchanges all, the part 1",
     "gain": "a contact adds no energy, unless the value has adds_energy = True",
+    "bend": "a velocity changes by no more than bend() times the time",
     "encounter": "a component is apart from an obstacle, by its gap, until it meets it, and touches it then",
     "outward": "outward is a unit vector away from the obstacle, against which the component flies",
     "due": "next_time is a number, and not in the past",
@@ -133,7 +134,7 @@ class Setting:
     motion : model
         How they move.
     straight, curved : bool
-        What the value of the motion says of it (``carom.models.questions.motion.Motion``).
+        What the value of the motion says of it (``carom.models.interfaces.motion.Motion``).
     size, speed : float
         Length and speed of which displacements and velocities are, in the engine's unit of time.
     growth : float
@@ -196,7 +197,7 @@ def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.nda
     return np.array(places), np.array(speeds)
 
 
-def time_of(question: Callable[..., Any], *arguments: Any) -> float:
+def time_of(question: str | Callable[..., Any], *arguments: Any) -> float:
     """Return the time that a model answers to a ``question`` of ``arguments``; NEVER for NaN."""
     t = number_of(question, *arguments)
     return NEVER if math.isnan(t) else t

@@ -24,11 +24,11 @@ from carom.declared import SEED, Declared, described, needed, number, option, po
 from carom.errors import InputError, OverlapError
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import closest
-from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import geometry_at_start, standing
 from carom.scene.velocities import temperature
 from carom.simulation.moves.swaps import beside_free_hard_cores
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -117,8 +117,13 @@ def _virial(run_state: Any) -> float:
     return float(run_state.unit.to_scene(float(run_state.engine.tallies[0].virial), -1))
 
 
-def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any) -> VolumeMoves | None:
-    """Return the moves before the first, or None; ``others`` are further arguments that must not be given."""
+def checked_barostat(
+    barostat: Any, scene: Scene, system: System, velocities: np.ndarray | None, **others: Any
+) -> VolumeMoves | None:
+    """Return the moves before the first, or None; ``others`` are further arguments that must not be given.
+
+    ``velocities`` are those at the start, if they are known.
+    """
     if barostat is None:
         return None
     if not isinstance(barostat, Barostat):
@@ -134,6 +139,8 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     ):
         if found:
             raise InputError(f"A barostat is not defined with {wrong}: leave one of the two out.")
+    if velocities is not None and not temperature(scene, velocities) > 0.0:
+        raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
     return VolumeMoves(barostat)
 
 
@@ -141,8 +148,6 @@ def move_volume(run_state: Any) -> None:
     """Try the move that is due at the present time; all is scheduled anew if it is accepted."""
     scene, moves, unit = run_state.scene, run_state.volume_moves, run_state.unit
     kT = unit.to_scene(temperature(scene, run_state.speeds), -2)
-    if not kT > 0.0:
-        raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
     number, barostat = moves.tried + 1, moves.barostat
     rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
     if barostat.step is None:

@@ -22,9 +22,9 @@ from carom.declared import SEED, Declared, described, integer, needed, number, o
 from carom.errors import InputError
 from carom.geometry.overlaps import Geometry
 from carom.jit import compiled
-from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
+from carom.suggestions import corrected
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -131,8 +131,8 @@ def sweep(run_state: Any) -> None:
         run_state.sweeps = sweeps
         return
     engine, system = run_state.engine, run_state.system
-    pair, with_ghost = engine.model.pair, np.append(order, order[:1])
-    both = {name: getattr(pair, name)[with_ghost] for name in ("radii", "rates") if hasattr(pair, name)}
+    pair, with_padding = engine.model.pair, np.append(order, order[:1])
+    both = {name: getattr(pair, name)[with_padding] for name in ("radii", "rates") if hasattr(pair, name)}
     engine = engine._replace(model=engine.model._replace(pair=pair._replace(**both)))
     system = dataclasses.replace(
         system,

@@ -35,7 +35,7 @@ def automatic(n: int, dimension: int, most: int) -> int:
 def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
     """Return the workers of a run, or None for a single one; not more than there can be slabs."""
     from carom.engine.domains.decomposition import most_slabs
-    from carom.engine.domains.logical_process import obstacle_to_windows
+    from carom.engine.domains.logical_process import why_not_parallel
 
     if isinstance(workers, str) and workers != "auto":
         raise InputError(f"cores is {workers!r}; expected a number or 'auto'.")
@@ -43,7 +43,7 @@ def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
     if asked == 1:
         return None
     engine: Any = run_state.engine
-    obstacle = obstacle_to_windows(engine) if run_state.sweeps is None else "its swaps"
+    obstacle = why_not_parallel(engine) if run_state.sweeps is None else "its swaps"
     obstacle = obstacle if run_state.volume_moves is None else "its barostat"
     if obstacle is None:
         scene, most = run_state.scene, most_slabs(engine.neighbors, run_state.scene.box)

@@ -13,7 +13,6 @@ import numpy as np
 from carom.engine import constants, cycle
 from carom.engine.build import stripped
 from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
-from carom.engine.collisions import advance_epoch, retime_all
 from carom.engine.domains.decomposition import most_slabs, slabs_of
 from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
 from carom.engine.domains.logical_process import (
@@ -24,9 +23,11 @@ from carom.engine.domains.logical_process import (
     refill_queue,
     stop,
     stopped,
+    why_not_parallel,
     with_larger_heap,
 )
 from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
+from carom.engine.epochs import advance_epoch, retime_all
 from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.observers.interface import Observers
 from carom.simulation.autotune import Pace
@@ -57,7 +58,7 @@ COMMITS_IN_A_ROW = 16  # windows kept in a row after which parts may be further 
 
 LEAST_PER_WINDOW = 0.1  # collisions for each particle below which a stretch is not worth a window
 
-LOOKAHEAD = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
+TIME_WINDOW = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
 
 MANY = 100_000
 """Components below which that is less, in proportion: more often something comes late then."""
@@ -84,7 +85,7 @@ class Settings:
     """How long windows are, how far parts may be ahead, and whether there must be any; None: as measured."""
 
     collisions: float | None = None  # a particle, in a window
-    lookahead: float | None = None  # widths of a bucket at a border; halved where it loses a window
+    time_window: float | None = None  # widths of a bucket at a border; halved where it loses a window
     least: float = LEAST_PER_WINDOW  # a particle, below which the plain cycle runs
     compare: bool = True  # time the plain cycle now and then
 
@@ -106,13 +107,15 @@ class Executive:
             self._window_length.share = 1.0
         self._pace = Pace(self.run_state) if self.settings.compare else None
         self._several = True  # whether windows were wanted last
-        lookahead = self.settings.lookahead
+        time_window = self.settings.time_window
         scheme, neighbors = self.run_state.scheme, cast(Any, self.run_state.engine.neighbors)
         if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
             for full_cell in (True, False):  # a window that finds no room is run again
                 self.run_state.enlarge_neighbors(full_cell, EXTRA_CAPACITY)
-        self._most = LOOKAHEAD * min(1.0, self.run_state.scene.n / MANY) if lookahead is None else lookahead
-        self._lookahead = self._most
+        self._most = (
+            TIME_WINDOW * min(1.0, self.run_state.scene.n / MANY) if time_window is None else time_window
+        )
+        self._time_window = self._most
         self._streak = 0
         self._engine: Any = None
         self._all_events: Any = None
@@ -161,14 +164,16 @@ class Executive:
 
     def _fits(self) -> bool:
         """Return whether the box has room for the slabs, with the neighbor scheme that the run has now."""
-        neighbors: Any = self.run_state.engine.neighbors
-        return self.workers == 1 or self.workers <= most_slabs(neighbors, self.run_state.scene.box)
+        engine: Any = self.run_state.engine
+        if why_not_parallel(engine) is not None:
+            return False
+        return self.workers == 1 or self.workers <= most_slabs(engine.neighbors, self.run_state.scene.box)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
         began = time.perf_counter()
         self._ready(epoch, start)
         self._all_events.used[:] = 0
-        begin_window(self._processes, epoch, start, end, self._lookahead)
+        begin_window(self._processes, epoch, start, end, self._time_window)
         self._pool.each(self._save_state)
         self._queues_valid = self._decided = False
         self._idle = [False] * self.workers
@@ -324,7 +329,7 @@ class Executive:
         self._window_length.commit()
         self._streak += 1
         if self._streak >= COMMITS_IN_A_ROW:
-            self._streak, self._lookahead = 0, min(2.0 * self._lookahead, self._most)
+            self._streak, self._time_window = 0, min(2.0 * self._time_window, self._most)
 
     def _after_rollback(self, codes: list[int], epoch: int, end: float, length: float, good: bool) -> None:
         """Prepare to run a window again, from where it began."""
@@ -341,7 +346,7 @@ class Executive:
                 self._plain = (epoch, end)
                 self._window_length.commit()
             elif not good:
-                self._lookahead *= 0.5
+                self._time_window *= 0.5
 
     # The parts --------------------------------------------------------------------------------------------
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom import theory
 from carom.errors import InputError
-from carom.studies.documented import documented
 from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
@@ -20,6 +19,7 @@ from carom.studies.eos.table import Row, compared, row
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.studies.phase import end
+from carom.studies.signatures import documented
 from carom.table import Column, Table, error
 from carom.texts import counted, superscript
 from carom.theory import Equation

@@ -10,7 +10,6 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -19,7 +18,6 @@ from carom import checks
 from carom.errors import InputError
 from carom.geometry.overlaps import rounding
 from carom.models.obstacles.named_walls import Walls
-from carom.paths import writing
 from carom.scene import lattices
 from carom.scene.species import Species, checked_species
 from carom.simulation.moves.growth import Scene
@@ -27,7 +25,7 @@ from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.job import Job, Look
 from carom.studies.packings.packing import HISTORY, Packing, parted
-from carom.studies.runs.folder import RunFolder
+from carom.studies.result_folders import ResultFolder
 
 FAST, SLOW = 0.02, 1e-3
 """Default rates: fast while spheres could still order, then slow enough to close the contacts."""
@@ -66,31 +64,14 @@ class Stage(NamedTuple):
     until_Z: float | None  # Z = PV / NkT at which the stage ends
 
 
-class PackingFolder(RunFolder):
-    """The folder of a compression, and the names of its files."""
+class PackingFolder(ResultFolder):
+    """The folder of a compression."""
 
     kind = "a packing"
-
-    def __init__(self, path: Path):
-        super().__init__(path)
-        self.checkpoint = path / "compression.h5"
-
-    def _files(self) -> list[Path]:
-        names = (
-            "packing.h5md",
-            "packing.extxyz",
-            "history.csv",
-            "packing.png",
-            "gaps.png",
-            "compression.png",
-        )
-        return [self.summary, self.checkpoint, *(self.path / name for name in names)]
-
-    def clear(self) -> None:
-        """Remove an older compression from the folder."""
-        with writing(self.path):
-            for path in self._files():
-                path.unlink(missing_ok=True)
+    files = (
+        "summary.json", "compression.h5", "packing.h5md", "packing.extxyz", "history.csv", "packing.png",
+        "gaps.png", "compression.png",
+    )  # fmt: skip
 
 
 def points(
@@ -205,6 +186,7 @@ class Compression(Job):
         unit = unit / math.sqrt(scene.mass)
         checks.integer(seed, "seed", low=0)
         sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
+        sim.rescale(1.0)
         return cls({}, sim, plan, limit, unit, seed, pictures, _digest(scene))
 
     def settings(self) -> dict[str, Any]:
@@ -220,7 +202,6 @@ class Compression(Job):
     def step(self, look: Look) -> bool:
         """Run on for a part of a second; return whether it goes on."""
         if not self.history and not self.left:
-            self.sim.rescale(1.0)
             self._begin()
         self._part()
         return not self.note

@@ -12,11 +12,10 @@ from carom.errors import FileError, InputError
 from carom.io import records
 from carom.io.trajectory import open_reader
 from carom.models.files.tables import from_table
-from carom.studies.kind import Info, Kind
+from carom.studies.info import Info
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.pack import resume_packing
 from carom.studies.packings.packing import HISTORY, Packing
-from carom.texts import typed
 
 _SUMMARY = records.table(
     {
@@ -29,49 +28,39 @@ _SUMMARY = records.table(
 )
 
 
-class OfPacking(Kind):
-    """A packing."""
+def load(folder: Path) -> Packing:
+    """Return a packing that is finished."""
+    summary = PackingFolder(folder).finished()
+    found = records.read_json(summary, _SUMMARY, "the summary of a packing", "pack again")
+    with open_reader(folder) as reader:
+        frame = reader[-1]
+    try:
+        obstacles = tuple(from_table(table, "obstacle") for table in found["obstacles"])
+    except InputError as error:
+        raise FileError(f"{summary}: {error}") from None
+    history = _history(folder / "history.csv")
+    return Packing(frame, history, found["note"], found["seed"], found["shrunk"], obstacles)
 
-    name = "a packing"
-    grows = True
 
-    def load(self, folder: Path) -> Packing:
-        """Return a packing that is finished."""
-        summary = PackingFolder(folder).summary
-        if not summary.is_file():
-            raise FileError(
-                f"{folder} holds a packing that is not finished; `{typed('carom resume', folder)}` goes on."
-            )
-        found = records.read_json(summary, _SUMMARY, "the summary of a packing", "pack again")
-        with open_reader(folder) as reader:
-            frame = reader[-1]
-        try:
-            obstacles = tuple(from_table(table, "obstacle") for table in found["obstacles"])
-        except InputError as error:
-            raise FileError(f"{summary}: {error}") from None
-        history = _history(folder / "history.csv")
-        return Packing(frame, history, found["note"], found["seed"], found["shrunk"], obstacles)
+def resume(folder: Path, *, progress: Any, **_: Any) -> Packing:
+    """Continue a packing."""
+    return resume_packing(folder, progress=progress)
 
-    def resume(self, folder: Path, *, progress: Any = None, **_: Any) -> Packing:
-        """Continue a packing."""
-        return resume_packing(folder, progress=progress)
 
-    def info(self, folder: Path) -> Info:
-        """Return the packing, or how far it is."""
-        files = PackingFolder(folder)
-        if files.summary.is_file():
-            packing = self.load(folder)
-            found = Info(folder, self.name, "finished", next=typed("carom view", folder))
-            found.frame(packing.frame)
-            words = packing.to_dict()
-            text = f"packing fraction {packing.packing_fraction:.6g}, {packing.note}"
-            found.add("result", text, packing_fraction=packing.packing_fraction, Z=words["Z"],
-                      note=packing.note, jamming_fraction=words.get("jamming_fraction"))  # fmt: skip
-            return found
-        found = Info(folder, self.name, "not finished", next=typed("carom resume", folder))
+def tell(found: Info, folder: Path) -> None:
+    """Add the packing, or how far it is."""
+    files = PackingFolder(folder)
+    if not files.summary.is_file():
+        found.state = "not finished"
         if files.checkpoint.is_file():
-            found.kept(files.checkpoint)
-        return found
+            found.checkpoint(files.checkpoint)
+        return
+    packing = load(folder)
+    found.frame(packing.frame)
+    words = packing.to_dict()
+    text = f"packing fraction {packing.packing_fraction:.6g}, {packing.note}"
+    found.add("result", text, packing_fraction=packing.packing_fraction, Z=words["Z"],
+              note=packing.note, jamming_fraction=words.get("jamming_fraction"))  # fmt: skip
 
 
 def _history(path: Path) -> np.ndarray:

@@ -18,18 +18,13 @@ from carom.scene.species import Species
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
-from carom.studies.documented import documented
 from carom.studies.job import Look, Stopped
-from carom.studies.packings.compression import (
-    Compression,
-    PackingFolder,
-    Progress,
-    stages_of,
-)
+from carom.studies.packings.compression import Compression, PackingFolder, Progress, stages_of
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec
-from carom.studies.places import check_same
+from carom.studies.result_folders import check_same
 from carom.studies.signals import Interrupted, stoppable
+from carom.studies.signatures import documented
 from carom.texts import typed
 
 POINTS = ("n", "dimension", "packing_fraction", "species", "walls")

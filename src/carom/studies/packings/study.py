@@ -15,12 +15,12 @@ import numpy as np
 from carom.errors import InputError
 from carom.observables.statistics import value_with_error
 from carom.results import as_saved, from_dict
-from carom.studies.documented import documented
 from carom.studies.folder import Task
 from carom.studies.packings.compression import PER_FACTOR, Compression, N, Stage, stages_of
 from carom.studies.packings.pack import asked_of
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
+from carom.studies.signatures import documented
 from carom.studies.study import Study
 from carom.table import Column, Table
 from carom.texts import counted, particles

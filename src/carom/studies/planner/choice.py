@@ -1,4 +1,4 @@
-"""The size, the length and the replicas that reach a target for the least CPU time."""
+"""The size, the length and the replicas that reach a target for little CPU time."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ LEAST = 1.0
 """Least CPU seconds of a plan: a start of Python takes as long. The CPU time of much shorter runs depends on
 the load of the machine: on a busy one runs of 0.1 s took up to 1.8 times their median."""
 
+CLOSE = 0.1
+"""Largest relative difference of errors that is not worth more CPU time."""
+
 ROOM = 0.9
 """Fraction of the time for which a reachable error is reported: the next pilot finds another rate."""
 
@@ -40,7 +43,6 @@ class Costs:
     bias: float  # possible bias after the correction to infinite size
     collisions_per_second: float
     setup_seconds: float  # CPU time to make the scene
-    overhead_seconds: float  # CPU time for the calls of its blocks
     equilibration: float  # least collisions per particle of equilibration
     shortest: float  # least collisions per particle that give an error bar
 
@@ -74,7 +76,7 @@ def design(costs: Costs, error: float, replicas: int = 1) -> Design | None:
     equilibration = float(f"{max(costs.equilibration, PART * per_particle):.3g}")
     measured = 0.5 * costs.n * per_particle * replicas
     statistical = math.sqrt(costs.variance / measured)
-    seconds = replicas * (costs.setup_seconds + costs.overhead_seconds)
+    seconds = replicas * costs.setup_seconds
     seconds += (0.5 * costs.n * equilibration * replicas + measured) / costs.collisions_per_second
     return Design(
         costs.n, replicas, equilibration, per_particle, statistical, costs.bias,
@@ -86,6 +88,24 @@ def cheapest(candidates: Sequence[Costs], error: float) -> Design | None:
     """Return the design of least CPU time over all sizes; None if every bias is too large."""
     designs = [found for each in candidates if (found := design(each, error)) is not None]
     return min(designs, key=lambda one: one.cpu_seconds, default=None)
+
+
+def chosen(candidates: Sequence[Costs], error: float, limit: float) -> Costs | None:
+    """Return the cheapest size whose error, a second after the cheapest run, is within a tenth of the least.
+
+    A second more of the cheapest run lowers its statistical error alone; the same second may pay for a size
+    with much less bias. Of long runs it buys nothing: the cheapest size stays. None if every bias is too
+    large; ``limit`` is the available time [s].
+    """
+    least = cheapest(candidates, error)
+    if least is None:
+        return None
+    time = max(min(least.cpu_seconds + LEAST, limit), least.cpu_seconds)
+    after = {one.n: within(one, 1, time) for one in candidates}
+    after[least.n] = min(after[least.n], least.error)
+    close = [one for one in candidates if after[one.n] <= (1.0 + CLOSE) * min(after.values())]
+    costs = {one.n: found.cpu_seconds for one in close if (found := design(one, error)) is not None}
+    return min(close, key=lambda one: (float(f"{costs.get(one.n, math.inf):.3g}"), after[one.n]))
 
 
 def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
@@ -111,16 +131,14 @@ def filled(costs: Costs, limit: float) -> Costs:
     """
     if limit < 2.0 * LEAST:
         return costs
-    constant = costs.setup_seconds + costs.overhead_seconds
-    constant += 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
+    constant = costs.setup_seconds + 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
     per_particle = 2.0 * (LEAST - constant) * costs.collisions_per_second / costs.n
     return dataclasses.replace(costs, shortest=max(costs.shortest, per_particle))
 
 
 def within(costs: Costs, cores: int, limit: float) -> float:
     """Return the smallest error of a size within the time limit on all cores; infinite if there is none."""
-    each = limit - costs.setup_seconds - costs.overhead_seconds
-    each -= 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
+    each = limit - costs.setup_seconds - 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
     collisions = each / (1.0 + PART) * costs.collisions_per_second * cores
     if collisions <= 0.5 * costs.n * costs.shortest:
         return math.inf

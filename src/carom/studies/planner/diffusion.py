@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from carom import theory
 from carom.errors import InputError
-from carom.observables.statistics import Estimate, unwarned
-from carom.studies.coefficients import windows
-from carom.studies.coefficients.analysis import Point
-from carom.studies.coefficients.measure import Currents
-from carom.studies.coefficients.points import infinite_diffusion
-from carom.studies.coefficients.spec import TransportSpec
+from carom.observables.statistics import Estimate
 from carom.studies.folder import Record, Task
-from carom.studies.job import Look
-from carom.studies.planner import pilot as trial
-from carom.studies.planner.choice import Costs, slowed
-from carom.studies.planner.measures import REPLICA, Timed, once
+from carom.studies.planner.choice import Costs
+from carom.studies.planner.measures import Timed, Trial
+from carom.studies.planner.pilot import Method, Pilot
 from carom.studies.planner.system import System
-from carom.studies.study import perform
-
-SIZE = 64
-"""Spheres of the first pilot."""
+from carom.studies.transport import windows
+from carom.studies.transport.analysis import Point
+from carom.studies.transport.measure import Currents
+from carom.studies.transport.points import infinite_diffusion
+from carom.studies.transport.spec import TransportSpec
 
 OF_PILOT = 64
 """Blocks of the pilot: its error bar is known to 9 %."""
@@ -31,8 +26,8 @@ OF_PILOT = 64
 BLOCKS = 128
 """Blocks of all replicas together: their error bar is known to 6 %."""
 
-FEWEST, SHORT = 16, 16.0
-"""Least number of blocks of a run, and collisions per particle of a run that only compiles or loads code."""
+FEWEST = 16
+"""Least number of blocks of a run."""
 
 OF_SHIFT, SMALL = 0.03, 5.0
 """Fraction of the shift with N that mode coupling may miss. The first number: 500 to 4000 spheres agree to it
@@ -40,28 +35,15 @@ at eta = 0.26. The second, divided by N, is for few spheres, whose box is hardly
 64 spheres, D is too small by 0.10(5) of the shift at eta = 0.1, and by 0.01(3) at 0.2.
 """
 
-ESTIMATORS = {
-    "displacement": "the slope of the mean square displacement",
-    "velocity": "the integral of the velocity autocorrelation",
-}
 
-
-def load(task: Task) -> None:
-    """Compile or load the code of a task, once in a process, before any time is measured."""
-    brief = {
-        **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
-    }  # fmt: skip
-    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: Currents.measure(brief, Look()))
+@dataclass
+class DiffusionRun(Timed, Currents):
+    """One run of a plan for D."""
 
 
 @dataclass
-class Planned(Timed, Currents):
-    """A run of a transport study, and its CPU time."""
-
-    warm_up = staticmethod(load)
-
-
-measure = Planned.measure
+class DiffusionTrial(Trial, Currents):
+    """A pilot for D."""
 
 
 def missed(n: int) -> float:
@@ -70,23 +52,25 @@ def missed(n: int) -> float:
 
 
 @dataclass(frozen=True)
-class DiffusionPilot(trial.Found):
+class DiffusionPilot(Pilot):
     """Results of a pilot for D."""
 
-    value: float  # D of infinitely many spheres [length^2 / time]
     viscosity: float  # shear viscosity [mass / (length time)]
     of_viscosity: float  # squared relative error of the viscosity times pair collisions
 
 
-class DiffusionMethod:
+class DiffusionMethod(Method):
     """How D is measured: Einstein's relation between collisions, corrected for the box by mode coupling."""
 
-    measure = staticmethod(measure)
-    first_size = SIZE
-    estimators = tuple(ESTIMATORS)
+    first_size = 64
+    estimators: ClassVar = {
+        "displacement": "the slope of the mean square displacement",
+        "velocity": "the integral of the velocity autocorrelation",
+    }
     sampling = f"moments every {1 / windows.PER_FREE_TIME:g}, frames every " + (
         f"{windows.FRAME / windows.PER_FREE_TIME:g} mean free times: closer ones show the same displacements"
     )
+    run, trial = DiffusionRun, DiffusionTrial
 
     def __init__(self, system: System, species: str | None = None):
         self.system, self.species = system, system.species(species)
@@ -100,52 +84,30 @@ class DiffusionMethod:
                 "known; use carom transport for others."
             )
 
-    def pilot(
-        self,
-        n: int,
-        *,
-        seed: int,
-        seconds: float,
-        equilibration: float | None,
-        look: Callable[[float], object],
-    ) -> DiffusionPilot:
-        """Run n particles for some seconds."""
-        with unwarned():
-            if equilibration is None:
-                sim = trial.begin(self.system, n, seed)
-                sim.run(collisions=trial.COLLISIONS)
-                equilibration = trial.equilibrate(sim, self.system, trial.Watch(seconds, look))
-            length = self.block(n) * OF_PILOT
-            (task,) = self.tasks(n, 1, equilibration, length, seed)
-            watch = trial.Watch(seconds, look)
+    def trial_length(self, n: int) -> float:
+        """Return the collisions per particle of a pilot."""
+        return self.block(n) * OF_PILOT
 
-            def stop() -> bool:
-                watch.look()
-                return False
-
-            record = perform(measure, {**task, "replica": REPLICA}, stop)
+    def found(self, record: Record) -> DiffusionPilot:
+        """Return the results of a pilot."""
         point = Point([record])
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
-        seconds = sum(record["provenance"]["cpu_seconds"].values())
-        viscosity = point.shear_viscosity()
-        found = dict(zip(ESTIMATORS, point.self_diffusion(self.species), strict=True))
+        viscosity, found = point.shear_viscosity(), self._estimates(point)
         best = min(found.values(), key=lambda e: e.error)
-        return DiffusionPilot(
-            n=n,
+        return DiffusionPilot.of(
+            record,
+            found,
+            collisions,
             value=infinite_diffusion(best, viscosity, point, self.species).mean,
-            variances={name: e.error**2 * collisions for name, e in found.items()},
+            sure=True,
+            call_seconds=0.0,
             viscosity=viscosity.mean,
             of_viscosity=viscosity.relative_error**2 * collisions,
-            collisions_per_second=(collisions + 0.5 * n * equilibration) / seconds,
-            setup_seconds=0.0,
-            equilibration=equilibration,
-            sure=True,
-            seconds=seconds,
         )
 
-    def value(self, found: DiffusionPilot) -> float:
-        """Return D of infinitely many spheres, to the accuracy of a pilot."""
-        return found.value
+    def _estimates(self, point: Point) -> dict[str, Any]:
+        """Return D of the size that was run, by each estimator."""
+        return dict(zip(self.estimators, point.self_diffusion(self.species), strict=True))
 
     def costs(self, found: DiffusionPilot, n: int) -> Costs:
         """Return the costs of n spheres, from a pilot of any size.
@@ -156,16 +118,7 @@ class DiffusionMethod:
         shift = self.shift(n, found.viscosity, found.value)
         variance = found.variances[found.estimator] * self._window(n) / self._window(found.n)
         variance += shift**2 * found.of_viscosity * n / found.n
-        return Costs(
-            n=n,
-            variance=variance,
-            bias=missed(n) * shift,
-            collisions_per_second=slowed(found.collisions_per_second, found.n, n),
-            setup_seconds=found.setup_seconds,
-            overhead_seconds=0.0,
-            equilibration=found.equilibration,
-            shortest=BLOCKS * self.block(n),
-        )
+        return found.costs(n, variance=variance, bias=missed(n) * shift, shortest=BLOCKS * self.block(n))
 
     def shift(self, n: int, viscosity: float, value: float) -> float:
         """Return by how much D of n spheres is too small [length^2 / time]."""
@@ -200,12 +153,8 @@ class DiffusionMethod:
         """Return D of infinitely many spheres, its possible bias, and doubts about it."""
         point = Point(list(records))
         viscosity = point.shear_viscosity()
-        found = dict(zip(ESTIMATORS, point.self_diffusion(self.species), strict=True))[estimator]
+        found = self._estimates(point)[estimator]
         value = infinite_diffusion(found, viscosity, point, self.species)
         said = [] if found.settled else ["The slope had not settled: the fluid is slow."]
         shift = value.mean - point.at_rest(self.species) * found.mean
         return value, missed(point.n) * abs(shift), said
-
-    def route(self, estimator: str) -> str:
-        """Return how the quantity is measured, in words."""
-        return ESTIMATORS[estimator]

@@ -1,36 +1,30 @@
-"""One run of a plan, measured in blocks that give two estimators of Z."""
+"""Runs and pilots of a plan as jobs: fluids whose CPU time is noted; blocks that give two estimators of Z."""
 
 from __future__ import annotations
 
-import functools
 import json
 import math
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from carom import theory
+from carom import checks, theory
+from carom.block import Block
 from carom.errors import InputError
 from carom.observables.analysis.precision import least_variance
 from carom.observables.statistics import Estimate, blocking, unwarned
-from carom.scene.fields import is_usual
-from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.fluid import Fluid
 from carom.studies.folder import Task
 from carom.studies.job import Look
-from carom.studies.scenes import by_species, counts, simulation_of
+from carom.studies.scenes import by_species, counts
 
 BLOCKS = 512
 """Blocks of a run. Their error bar is known to 3 %; each costs a call of the engine."""
-
-FIRST = 1000
-"""Collisions after which all code of a run has been called."""
 
 FEWEST = 64
 """Least blocks of an error bar: one of twenty from 16 blocks, by a false alarm, would be off by a third."""
@@ -38,104 +32,58 @@ FEWEST = 64
 REPLICA = 10**6
 """Replica number of a pilot. No run of a study has it, so that no collisions are counted twice."""
 
+BRIEF = {"equilibration": 1.0, "collisions_per_particle": 16.0, "blocks": 16, "apart": 0.0}
+"""What differs in a run that only compiles and loads code; three of its steps call all of it."""
+
+CALLS, SMALL = 128, 0.4
+"""Short blocks of a pilot, and collisions per particle of each: with the long ones they tell how much of the
+time of a run is that of calls, a quarter of a short one."""
+
+MORE = 1.25
+"""Factor by which an equilibration of a pilot is lengthened before it looks again."""
+
+SURE = 80.0
+"""Degrees of freedom of an error bar that suffices for a plan: it is known to ``sqrt(1 / 160)``, 8 %."""
+
+COLLISIONS = 3000
+"""Least collisions of a block of the pilot."""
+
+PART = 16.0
+"""Blocks of the pilot in the time of an equilibration: the noise of shorter ones hides small slow changes."""
+
 _DONE: set[str] = set()
 """Kinds of tasks whose code is compiled and loaded in this process."""
 
 
-def load(task: Task) -> None:
-    """Compile or load the code of a task, once in a process, before any time is measured."""
-    once(json.dumps(task["scene"], sort_keys=True), lambda: _brief({**task, "replica": REPLICA}))
-
-
-def _brief(task: Task) -> None:
-    """Run a task for a short time."""
-    sim = simulation_of(task, refuse_unusual)
-    sim.run(collisions=FIRST)
-    Blocks(sim).go_on(stretches.time_for(sim, 1.0), 1)
-
-
-def once(kind: str, do: Callable[[], object]) -> None:
-    """Call ``do``, unless it was called for this kind in this process."""
-    if kind not in _DONE:
-        do()
-        _DONE.add(kind)
-
-
-def refuse_unusual(scene: Scene) -> None:
-    """Raise InputError unless spheres move freely and contacts are elastic."""
-    if not all(is_usual(scene, kind) for kind in ("motion", "impact")):
-        raise InputError("A plan is made for elastic spheres; remove motion and impact.")
-
-
-def of_scene(scene: Scene) -> dict[str, Any]:
-    """Return the facts about a scene that the analysis needs, as plain values."""
-    return {
-        "n": scene.n,
-        "dimension": scene.dimension,
-        "box": list(scene.box),
-        "packing_fraction": scene.packing_fraction,
-        "counts": counts(scene),
-    }
-
-
-class Blocks:
-    """Blocks of a run of spheres in a periodic box, and the mean virial of a collision by pair of species."""
-
-    def __init__(self, sim: Simulation, series: dict[str, list[Any]] | None = None):
-        self.sim = sim
-        self.series = {} if series is None else series  # what is known of earlier blocks
-        names = "durations", "virials", "counted", "collisions"
-        self.durations, self.virials, self.counted, self.collisions = (
-            self.series.setdefault(name, []) for name in names
-        )
-        # By the temperature at the beginning, which changes by rounding.
-        self._carried = np.array(self.series.setdefault("carried", carried(sim).tolist()))
-        self._before = self._count()
-
-    def _count(self) -> np.ndarray:
-        """Return the collisions of each pair of species so far."""
-        if self.sim.scene.species is None:
-            return np.array([[self.sim.collisions]])
-        return np.triu(self.sim.collisions_by_species)
-
-    def go_on(self, duration: float, count: int) -> None:
-        """Run on for ``count`` blocks of equal time."""
-        for block in stretches.blocks(self.sim, duration, count):
-            now = self._count()
-            self.durations.append(block.duration)
-            self.virials.append(block.virial)
-            self.collisions.append(block.collisions)
-            self.counted.append(float(np.sum((now - self._before) * self._carried)))
-            self._before = now
-
-    def result(self) -> dict[str, Any]:
-        """Return Z of every block by both routes, as plain values."""
-        drive: Any = self.sim.scene.drive
-        kT = self.sim.kT if drive is None else drive.kT  # which fluctuates under a thermostat
-        scale = self.sim.scene.dimension * self.sim.scene.n * kT * np.array(self.durations)
-        by_rate = None if drive is not None else (1.0 + np.array(self.counted) / scale).tolist()
-        return {
-            "by_virial": (1.0 + np.array(self.virials) / scale).tolist(),
-            "by_rate": by_rate,
-            "collisions": int(sum(self.collisions)),
-        }
-
-
 @dataclass
 class Timed(Fluid):
-    """A run of a plan, which notes its CPU seconds by stage."""
+    """A run or a pilot of a plan, which notes its CPU seconds by stage."""
 
     seconds: dict[str, float] = field(default_factory=dict)
 
-    @staticmethod
-    def warm_up(task: Task) -> None:
-        """Compile or load the code of a task, before any time is measured."""
-        raise NotImplementedError
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._since = clock.thread_time()
+
+    @classmethod
+    def measure(cls, task: Task, look: Look | None = None) -> dict[str, Any]:
+        """Return the result of a task; code is compiled and loaded before any time is measured."""
+        kind = f"{cls.__qualname__} {json.dumps(task['scene'], sort_keys=True)}"
+        if kind not in _DONE:
+            cls.load_code(task)
+            _DONE.add(kind)
+        return super().measure(task, look)
+
+    @classmethod
+    def load_code(cls, task: Task) -> None:
+        """Compile or load the code of a task."""
+        job = super().begin({**task, **BRIEF})
+        for _ in range(3):
+            job.step(Look())
 
     @classmethod
     def begin(cls, task: Task) -> Self:
         """Return the run at its start."""
-        cls.warm_up(task)
         began = clock.thread_time()
         found = super().begin(task)
         found.seconds["setup"] = clock.thread_time() - began
@@ -143,10 +91,21 @@ class Timed(Fluid):
 
     def step(self, look: Look) -> bool:
         """Go on, and note how long it takes."""
-        stage, began = self.stage.lower(), clock.thread_time()
+        stage = self.stage
         more = super().step(look)
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + clock.thread_time() - began
+        self.spend(stage)
         return more
+
+    def spend(self, stage: str) -> None:
+        """Note the CPU time since the last call."""
+        before, self._since = self._since, clock.thread_time()
+        stage = stage.lower()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + self._since - before
+
+    def notes(self) -> dict[str, Any]:
+        """Return what is kept beside the simulation."""
+        self.spend(self.stage)
+        return super().notes()
 
     def result(self) -> dict[str, Any]:
         """Return what a record holds."""
@@ -154,43 +113,129 @@ class Timed(Fluid):
 
 
 @dataclass
-class Counted(Fluid):
-    """One run of a plan, in blocks that give two estimators of Z."""
+class Trial(Timed):
+    """A pilot: a run that finds how long a fluid takes to forget its start, in so many CPU ``seconds``."""
 
-    series: dict[str, list[Any]] = field(default_factory=dict)
-
-    @classmethod
-    def begin(cls, task: Task) -> Self:
-        """Return the run at its start."""
-        return cls(task, simulation_of(task, refuse_unusual))
-
-    @functools.cached_property
-    def sums(self) -> Blocks:
-        """The blocks so far."""
-        return Blocks(self.sim, self.series)
+    needed: float = 0.0  # collisions per particle of the equilibration, by present knowledge
 
     @property
-    def done(self) -> int:
-        """Blocks measured so far."""
-        return len(self.sums.durations)
+    def target(self) -> int:
+        """Collisions of the equilibration."""
+        return checks.collisions_of(self.needed, self.sim.n)
+
+    @property
+    def fraction(self) -> float:
+        """Elapsed fraction of the time."""
+        self.spend(self.stage)
+        return math.fsum(self.seconds.values()) / float(self.task["seconds"])
+
+    def equilibrate(self, look: Look) -> None:
+        """Run until the slowest species has moved apart from its start as far as the task says."""
+        self.needed, self.there = self.needed or self.task["equilibration"], self.relaxation.start
+        super().equilibrate(look)
+        apart = self.task["apart"]
+        while apart and (moved := self.moved()) < apart:
+            if self.fraction > 1.0:
+                raise InputError(
+                    f"The fluid does not come to equilibrium in a pilot of {self.task['seconds']:g} s. After "
+                    f"{self.needed:.3g} collisions per particle its slowest species moved "
+                    f"{math.sqrt(moved):.2g} mean spacings; {math.sqrt(apart):g} are needed to forget the "
+                    f"start. At best it would take {self.needed * apart / max(moved, 1e-300):.2g}. Choose a "
+                    "lower density, or a longer --pilot."
+                )
+            self.needed *= MORE
+            super().equilibrate(look)
+        if apart:
+            self.needed = max(self.task["equilibration"], float(f"{self.needed * apart / moved:.3g}"))
+
+    def moved(self) -> float:
+        """Return the mean square displacement of the slowest species [squares of the mean spacing]."""
+        frame = self.sim.frame()
+        squares = np.sum((frame.unwrapped - self.there) ** 2, axis=1)
+        spacing = (math.prod(frame.box) / frame.n) ** (2.0 / frame.dimension)
+        kinds = np.zeros(frame.n, int) if frame.species is None else frame.species
+        return min(float(squares[kinds == k].mean()) for k in np.unique(kinds)) / spacing
 
     def block(self, look: Look) -> None:
-        """Measure a block; what it counts is not kept in its middle."""
-        self.sums.go_on(self.duration, 1)
+        """Measure a block, the last one if the time is over."""
+        super().block(look)
+        if self.done >= FEWEST and self.fraction > 1.0:
+            self.wanted = self.done
 
     def result(self) -> dict[str, Any]:
         """Return what a record holds."""
-        return {**of_scene(self.sim.scene), **self.sums.result()}
+        return {**super().result(), "equilibration": self.needed}
 
 
 @dataclass
-class Planned(Timed, Counted):
+class Counted(Fluid):
+    """A run in blocks that give two estimators of Z: by the virial, and by the number of collisions."""
+
+    pairs: list[Any] = field(default_factory=list)  # collisions of each pair of species, (K, K), at each mark
+
+    def mark(self) -> Block:
+        """Return the sums so far."""
+        sim = self.sim
+        one = sim.scene.species is None
+        self.pairs.append([[sim.collisions]] if one else np.triu(sim.collisions_by_species).tolist())
+        return super().mark()
+
+    def block(self, look: Look) -> None:
+        """Measure a block."""
+        self.run_block(look)
+
+    def values(self) -> dict[str, Any]:
+        """Return Z of every block by both routes, by collisions where no thermostat changes kT."""
+        sim, blocks, drive = self.sim, self.blocks(), self.sim.scene.drive
+        kT = sim.kT if drive is None else drive.kT
+        scale = sim.scene.dimension * sim.n * kT * np.array([block.duration for block in blocks])
+        counted = np.sum(np.diff(np.array(self.pairs), axis=0) * carried(sim), axis=(1, 2))
+        return {
+            "by_virial": (1.0 + np.array([block.virial for block in blocks]) / scale).tolist(),
+            "by_rate": (1.0 + counted / scale).tolist() if drive is None else None,
+            "collisions": int(sum(block.collisions for block in blocks)),
+        }
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        scene = self.sim.scene
+        facts = {name: getattr(scene, name) for name in ("n", "dimension", "packing_fraction")}
+        return {**facts, "box": list(scene.box), "counts": counts(scene), **self.values()}
+
+
+@dataclass
+class PressureRun(Timed, Counted):
     """One run of a plan for the pressure."""
 
-    warm_up = staticmethod(load)
 
+@dataclass
+class PressureTrial(Trial, Counted):
+    """A pilot for the pressure, until its error bar is known."""
 
-measure = Planned.measure
+    short: int = 0  # collisions of the short blocks that tell what a call costs
+
+    def prepare(self) -> None:
+        """Begin to measure, in equilibrium."""
+        self.spend(self.stage)
+        before = self.sim.collisions
+        self.cut(stretches.time_for(self.sim, SMALL * self.sim.n))
+        for _ in range(CALLS):
+            self.run_block(Look())
+        self.short, self.pairs = self.sim.collisions - before, []
+        self.spend("calls")
+        length = max(0.5 * self.sim.n * self.needed / PART, float(COLLISIONS))
+        self.wanted = BLOCKS
+        self.cut(stretches.time_for(self.sim, length))
+
+    def result(self) -> dict[str, Any]:
+        """Return what a record holds."""
+        return {**super().result(), "short": self.short}
+
+    def length(self) -> int:
+        """Return how many blocks it takes, when all that were wanted are measured."""
+        best = next(iter(estimates_of(self.values(), self.sim.scene.dimension).values()))
+        over = best.degrees_of_freedom >= SURE or self.fraction > 1.0
+        return self.done if over else 2 * self.done
 
 
 def carried(sim: Simulation) -> np.ndarray:
@@ -207,6 +252,11 @@ def carried(sim: Simulation) -> np.ndarray:
     reduced = masses[:, None] * masses / (masses[:, None] + masses)
     slowing = theory.speed_factor(scene.dimension * (scene.n - 1))
     return contact * np.sqrt(2.0 * math.pi * reduced * sim.kT) / slowing
+
+
+def estimates_of(result: dict[str, Any], dimension: int) -> dict[str, Estimate]:
+    """Return the estimates of Z (:func:`estimates`) from the values of a run."""
+    return estimates(result["by_virial"], result["by_rate"], dimension)
 
 
 def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> dict[str, Estimate]:

@@ -7,19 +7,15 @@ import math
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-from carom.errors import InputError
 from carom.observables.statistics import Estimate
 from carom.paths import write_text
-from carom.spec import Spec
-from carom.studies.folder import Record, Task
-from carom.studies.grid_study import GridStudy
-from carom.studies.planner.choice import Design, duration
+from carom.studies.folder import Record
+from carom.studies.planner.choice import duration
 
 NAME = "outcome.json"
 """File of the outcome, in the folder of a plan."""
-
 
 KEPT = 1.3
 """Reached error over promised error up to which a promise is kept: error bars are themselves uncertain."""
@@ -109,50 +105,3 @@ class Outcome:
             f"{self.time_ratio:.2f} of it",
         ]
         return "\n".join([*lines, *self.remarks])
-
-
-def carry_out(plan: Any, how: Any, **given: Any) -> Outcome:
-    """Run a plan by a method; what is ``given`` is for :meth:`carom.studies.study.Study.run`."""
-    done = _Planned(_Runs(how, plan.design, plan.seed)).run(**given)
-    if done.failures:
-        raise InputError(f"{len(done.failures)} of {len(done.tasks)} runs failed: {done.failures[0].reason}.")
-    records = sorted(done.records, key=lambda record: int(record["task"]["replica"]))
-    value, bias, remarks = how.reached(records, plan.estimator)
-    seconds = math.fsum(s for record in records for s in record["provenance"]["cpu_seconds"].values())
-    return Outcome(plan, value, bias, seconds, records, tuple(remarks))
-
-
-@dataclass(frozen=True)
-class _Runs(Spec):
-    """The runs of a plan: ``how`` to measure, the design, and the seed."""
-
-    grid: ClassVar[tuple[str, ...]] = ("replicas",)
-
-    how: Any
-    design: Design
-    seed: int
-
-    def tasks(self) -> list[Task]:
-        one = self.design
-        found: list[Task] = self.how.tasks(
-            one.n, one.replicas, one.equilibration, one.collisions_per_particle, self.seed
-        )
-        return found
-
-    def words(self) -> dict[str, Any]:
-        return {"replicas": self.design.replicas}
-
-    def settings(self) -> dict[str, Any]:
-        first = self.tasks()[0]
-        return {name: first[name] for name in ("study", "version", "seed", "scene")}
-
-
-@dataclass(frozen=True, repr=False)
-class _Planned(GridStudy[Any]):
-    """The runs of a plan, which the method of its quantity measures."""
-
-    name: ClassVar[str] = "plan"
-
-    @property
-    def measure(self) -> Any:
-        return self.spec.how.measure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-import time as clock
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -16,20 +16,24 @@ from carom import checks
 from carom.errors import InputError
 from carom.io import records
 from carom.notebook import watchable
+from carom.observables.statistics import unwarned
 from carom.paths import writing
 from carom.results import Result, html_of, plain
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
 from carom.studies import executors
-from carom.studies.documented import documented
-from carom.studies.places import refuse_others, refuse_to_replace
-from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
+from carom.studies.folder import Folder, Task
+from carom.studies.job import Look
+from carom.studies.planner.choice import Costs, Design, afford, chosen, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
-from carom.studies.planner.outcome import NAME as OUTCOME, Outcome, carry_out
+from carom.studies.planner.outcome import NAME as OUTCOME, Outcome
+from carom.studies.planner.pilot import Pilot, carried_out
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import Target
+from carom.studies.result_folders import refuse_others, refuse_to_replace
+from carom.studies.signatures import documented
 from carom.table import Column, Table
 from carom.texts import counted
 from carom.version import __version__
@@ -39,6 +43,9 @@ PILOT_SECONDS = 15.0
 
 NAME = "plan.json"
 """File of a plan in its folder."""
+
+PILOTS = ".pilots"
+"""Folder in it, of the pilots until the plan is made."""
 
 PLAIN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
 """Fields of a plan that are JSON values."""
@@ -118,7 +125,7 @@ class RunPlan(Result):
     @property
     def route(self) -> str:
         """How the quantity is measured."""
-        return method(self.system, self.target).route(self.estimator)
+        return method(self.system, self.target).estimators[self.estimator]
 
     @property
     def sampling(self) -> str:
@@ -151,8 +158,15 @@ class RunPlan(Result):
         workers = executors.check(executor, cores)
         if executor != "serial" and workers is None:
             workers = min(self.cores, self.design.replicas)
-        how = method(self.system, self.target)
-        return carry_out(self, how, out=out, executor=executor, cores=workers, progress=progress)
+        how, one = method(self.system, self.target), self.design
+        records = carried_out(
+            how.run.measure,
+            how.tasks(one.n, one.replicas, one.equilibration, one.collisions_per_particle, self.seed),
+            "runs", out=out, executor=executor, cores=workers, progress=progress,
+        )  # fmt: skip
+        value, bias, remarks = how.reached(records, self.estimator)
+        seconds = math.fsum(s for record in records for s in record["provenance"]["cpu_seconds"].values())
+        return Outcome(self, value, bias, seconds, records, tuple(remarks))
 
     _numbers_above = False
 
@@ -284,39 +298,30 @@ _AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, ope
 
 _NAMED = records.table({"carom": records.text})
 
+_SYSTEM = {
+    "packing_fraction": records.number(), "dimension": records.integer(),
+    "scene": records.mapping(records.anything),
+}  # fmt: skip
+_SIZE = {
+    "n": records.integer(low=1), "bias": _AT_LEAST_ZERO, "cpu_seconds": records.optional(_AT_LEAST_ZERO),
+}  # fmt: skip
 _WORDS = records.table(
     {
         "carom": records.text,
         "target": records.text,
-        "system": records.table(
-            {
-                "packing_fraction": records.number(),
-                "dimension": records.integer(),
-                "scene": records.mapping(records.anything),
-            }
-        ),
+        "system": records.table(_SYSTEM),
         "value": _POSITIVE,
         "estimator": records.text,
         "ratios": records.mapping(_AT_LEAST_ZERO),
         "design": records.table(
-            {
-                **dict.fromkeys(("n", "replicas"), records.integer(low=1)),
-                **dict.fromkeys(("equilibration", "statistical", "bias"), _AT_LEAST_ZERO),
-                **dict.fromkeys(("collisions_per_particle", "error", "cpu_seconds"), _POSITIVE),
-            }
+            dict.fromkeys(("n", "replicas"), records.integer(low=1))
+            | dict.fromkeys(("equilibration", "statistical", "bias"), _AT_LEAST_ZERO)
+            | dict.fromkeys(("collisions_per_particle", "error", "cpu_seconds"), _POSITIVE)
         ),
         "cores": records.integer(low=1),
         "walltime": records.optional(_POSITIVE),
         "seed": records.integer(),
-        "sizes": records.listed(
-            records.table(
-                {
-                    "n": records.integer(low=1),
-                    "bias": _AT_LEAST_ZERO,
-                    "cpu_seconds": records.optional(_AT_LEAST_ZERO),
-                }
-            )
-        ),
+        "sizes": records.listed(records.table(_SIZE)),
         "pilot_seconds": _AT_LEAST_ZERO,
     }
 )
@@ -340,14 +345,11 @@ def of_words(value: Any, name: str) -> RunPlan:
     words = _WORDS(value, name)
     if words["carom"] != __version__:
         raise InputError(f"it is of Carom {words['carom']}")
-    system, sizes = words["system"], words["sizes"]
     found = RunPlan(
         target=Target.parse(words["target"]),
-        system=System(system["packing_fraction"], system["dimension"], system["scene"]),
-        design=Design(**{each.name: words["design"][each.name] for each in dataclasses.fields(Design)}),
-        sizes=tuple(
-            Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"]) for s in sizes
-        ),
+        system=System(*(words["system"][name] for name in _SYSTEM)),
+        design=Design(*(words["design"][each.name] for each in dataclasses.fields(Design))),
+        sizes=tuple(Size(s["n"], s["bias"], s["cpu_seconds"] or math.inf) for s in words["sizes"]),
         **{name: words[name] for name in PLAIN},
     )
     known = method(found.system, found.target).estimators
@@ -356,7 +358,7 @@ def of_words(value: Any, name: str) -> RunPlan:
     return found
 
 
-def method(system: System, target: Target) -> Any:
+def method(system: System, target: Target) -> DiffusionMethod | PressureMethod:
     """Return the method that measures a target."""
     if target.quantity == "D" or target.species is not None:
         return DiffusionMethod(system, target.species)
@@ -373,10 +375,11 @@ def plan(
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
     pilot_seconds: float | None = None,
+    out: str | PathLike[str] | None = None,
     progress: Callable[[float, str], object] | None = None,
     **given: Any,
 ) -> RunPlan:
-    """Return the run that reaches a target for the least CPU time, and its cost on this machine.
+    """Return the run that reaches a target for little CPU time, and its cost on this machine.
 
     Parameters
     ----------
@@ -397,6 +400,8 @@ def plan(
         well, whose values other arguments replace.
     pilot_seconds : float
         CPU time that each of two pilots may take [s]; 15 if left out.
+    out : path, optional
+        Folder for ``plan.json``; pilots that were interrupted go on there.
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence; True shows a bar.
 
@@ -421,6 +426,10 @@ def plan(
     """
     if target is not None and not isinstance(target, str | Target):
         raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
+    folder = None if out is None else Path(out)
+    if folder is not None:  # before a scene is made
+        reserve(folder)
+        Folder(folder).make()
     system = system_of(packing_fraction, dimension, species, scene)
     asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
     n, walltime = asked.n, asked.walltime
@@ -428,27 +437,32 @@ def plan(
     cores = executors.check(cores=asked.cores) or all_cores()
     limit = math.inf if walltime is None else walltime
     seed = 1 if asked.seed is None else asked.seed
-    pilot_seconds = PILOT_SECONDS if asked.pilot is None else asked.pilot
     how = method(system, goal)
     every = sizes(system) if n is None else [system.filling(n)]
+    pilots: list[Pilot] = []
 
-    def look(stage: float, text: str) -> Callable[[float], object]:
-        return lambda part: None if progress is None else progress(0.5 * (stage + part), text)
+    def pilot(size: int, equilibration: float | None = None) -> Any:
+        """Return the results of a pilot, which is kept in the folder until the plan is made."""
+        part = 0.5 * len(pilots)
 
-    first = every[0] if n is not None else system.filling(how.first_size)
-    began = clock.thread_time()
-    found = how.pilot(
-        first,
-        seed=seed,
-        seconds=pilot_seconds,
-        equilibration=None,
-        look=look(0, f"Pilot of {first} particles"),
-    )
-    value = how.value(found)
-    error = goal.absolute(value)
-    candidates = [how.costs(found, size) for size in every]
-    chosen = cheapest(candidates, error)
-    if chosen is None:
+        def measure(task: Task, look: Look) -> dict[str, Any]:
+            if progress is not None:
+                look.progress = lambda done, _: progress(part + 0.5 * done, f"Pilot of {size} particles")
+            return how.trial.measure(task, look)
+
+        seconds = PILOT_SECONDS if asked.pilot is None else asked.pilot
+        task = how.pilot(size, seed=seed, seconds=seconds, equilibration=equilibration)
+        kept = None if folder is None else folder / PILOTS
+        with unwarned():
+            (record,) = carried_out(measure, [task], "pilots", out=kept, executor="serial")
+        pilots.append(how.found(record))
+        return pilots[-1]
+
+    found = pilot(every[0] if n is not None else system.filling(how.first_size))
+    value, error = found.value, goal.absolute(found.value)
+    candidates = [filled(how.costs(found, size), limit) for size in every]
+    costs = chosen(candidates, error, limit)
+    if costs is None:
         best = min(candidates, key=lambda one: one.bias)
         raise InputError(
             f"With {best.n} particles the bias of the finite size alone is about "
@@ -456,30 +470,29 @@ def plan(
             f"{error / abs(value):.2g}. "
             + ("Give more particles, or leave out --n." if n is not None else "Ask for a larger error.")
         )
-    costs = next(one for one in candidates if one.n == chosen.n)
     afford(candidates, costs, error, cores, limit, str(goal), _asking(goal, value))
-    if chosen.n != found.n:
-        again = how.pilot(
-            chosen.n, seed=seed, seconds=pilot_seconds, equilibration=found.equilibration,
-            look=look(1, f"Pilot of {chosen.n} particles"),
-        )  # fmt: skip
+    if costs.n != found.n:
+        again = pilot(costs.n, found.equilibration)
+        timed = how.costs(again, costs.n)
         if again.sure:
-            found = again
-            costs = how.costs(found, chosen.n)
-        else:
-            timed = how.costs(again, chosen.n)  # whose error bar is not used, but its speed is
-            speed = ("collisions_per_second", "setup_seconds", "overhead_seconds")
+            found, costs = again, timed
+        else:  # its error bar is not used, but its speed is
+            speed = ("collisions_per_second", "setup_seconds")
             costs = dataclasses.replace(costs, **{name: getattr(timed, name) for name in speed})
     costs = filled(costs, limit)
     last = afford([costs], costs, error, cores, limit, str(goal), _asking(goal, value))
-    best = min(found.variances.values())
-    return RunPlan(
+    least = min(found.variances.values())
+    made = RunPlan(
         target=goal, system=system, value=value, estimator=found.estimator,
-        ratios={name: float(f"{v / best:.3g}") for name, v in found.variances.items()},
+        ratios={name: float(f"{v / least:.3g}") for name, v in found.variances.items()},
         design=last, cores=cores, walltime=walltime, seed=seed,
-        sizes=tuple(_size(filled(each, limit), error, last) for each in candidates),
-        pilot_seconds=clock.thread_time() - began,
+        sizes=tuple(_size(each, error, last) for each in candidates),
+        pilot_seconds=math.fsum(one.seconds for one in pilots),
     )  # fmt: skip
+    if folder is not None:
+        made.save(folder)
+        shutil.rmtree(folder / PILOTS, ignore_errors=True)
+    return made
 
 
 def _size(costs: Costs, error: float, chosen: Design) -> Size:

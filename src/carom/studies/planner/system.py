@@ -16,7 +16,6 @@ from carom.scene.species import counts_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of
-from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
 from carom.studies.phase import usual_equation
 from carom.studies.planner.target import Scale
@@ -27,6 +26,7 @@ from carom.studies.scenes import (
     refuse_other_interactions,
     with_fractions,
 )
+from carom.studies.transport import windows
 from carom.theory.mixture_size import mixture_finite_size_shift
 
 DEEPEST = 600.0

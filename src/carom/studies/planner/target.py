@@ -97,7 +97,7 @@ class Target:
         return self.error * abs(value) if self.relative else self.error
 
     def __str__(self) -> str:
-        return f"{self.quantity}={'' if self.relative else '+-'}{self.error:g}"
+        return f"{self.quantity}={'' if self.relative else '+-'}{float(self.error)!r}"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import CaromError, FileError
+from carom.errors import FileError
 from carom.io import checkpoint
 from carom.notebook import watchable
 from carom.scene.scene import Scene
@@ -16,14 +16,14 @@ from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec
 from carom.simulation.moves.barostat import Barostat
 from carom.simulation.moves.swaps import Swaps
-from carom.studies.documented import documented
-from carom.studies.places import check_same, of_the_user
-from carom.studies.runs.asked import plan_of, plan_of_scene
+from carom.studies.result_folders import check_same, of_the_user
+from carom.studies.runs.driver import KEPT, Predicted, Progress, Run
 from carom.studies.runs.folder import RunFolder, existing_run, words_of
+from carom.studies.runs.inputs import plan_of, plan_of_scene
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
-from carom.studies.runs.underway import KEPT, Predicted, Progress, Run
 from carom.studies.signals import stoppable
+from carom.studies.signatures import documented
 
 
 @documented(RunSpec)
@@ -104,16 +104,12 @@ def run(
     plan = dataclasses.replace(plan, run=how)
     plan = plan.trusted() if trust_code else plan
     folder.check_free(overwrite)
+    start = None
     if value is not None:
-        made = plan_of_scene(value, given.get("kT"), folder)
+        made, start = plan_of_scene(value, given.get("kT"), folder)
         plan = SceneFile(made.scene, dataclasses.replace(how, kT=made.run.kT))
     with stoppable() as stop:
-        try:
-            summary = Run(plan, folder, stop, progress, predicted, cores).from_the_start()
-        except CaromError:
-            if value is not None and not folder.scene.exists():
-                folder.start.unlink(missing_ok=True)
-            raise
+        summary = Run(plan, folder, stop, progress, predicted, cores).from_the_start(start)
     return RunResult(folder.path, summary, new=True)
 
 

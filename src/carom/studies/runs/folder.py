@@ -1,45 +1,37 @@
-"""The folder of a run: the names of its files, and its lock against other processes."""
+"""The folder of a run: the names of its files, how it begins, and what was edited or lost there."""
 
 from __future__ import annotations
 
 import contextlib
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from carom.declared import fields_of
 from carom.errors import CaromError, FileError, InputError
+from carom.frame import Frame
 from carom.io.events import read_events
-from carom.io.trajectory import open_reader
-from carom.paths import reason, write_text, writing
+from carom.io.trajectory import open_reader, open_writer
+from carom.layout import kind_at
+from carom.paths import reason, replacing, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
-from carom.studies.lock import owned
-from carom.studies.places import (
-    TABLES,
-    differences,
-    is_table,
-    kind_of,
-    of_the_user,
-    refuse_others,
-    title,
-)
+from carom.studies.result_folders import TABLES, ResultFolder, differences, is_table, title
 from carom.texts import typed
 
-PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
-
-class RunFolder:
-    """The folder of one run, which need not exist yet, and the names of its files."""
+class RunFolder(ResultFolder):
+    """The folder of one run."""
 
     kind = "a run"
+    # Without a summary the run is not finished; without a checkpoint it is not under way.
+    files = (
+        "summary.json", "checkpoint.h5", "scene.toml", *(f"trajectory.{form}" for form in FORMATS),
+        "timing.json", "events.h5", "rdf.csv", "start.h5md", "pressure.png", "rdf.png", "snapshot.png",
+    )  # fmt: skip
 
     def __init__(self, path: Path):
-        self.path = path
+        super().__init__(path)
         self.scene = path / "scene.toml"  # the plan of the run
-        self.checkpoint = path / "checkpoint.h5"  # the state to continue from
-        self.summary = path / "summary.json"  # the result, written last
         self.timing = path / "timing.json"  # its wall times
         self.events = path / "events.h5"  # the event log
         self.rdf = path / "rdf.csv"
@@ -49,59 +41,25 @@ class RunFolder:
         """Return the trajectory of a format."""
         return self.path / f"trajectory.{form}"
 
-    def _files(self) -> list[Path]:
-        """Return all files of a run, in the order in which an old run is removed."""
-        # Without a summary the run is not finished; without a checkpoint it is not under way.
-        trajectories = [self.trajectory(form) for form in FORMATS]
-        pictures = [self.path / name for name in PICTURES]
-        others = [self.timing, self.events, self.rdf, self.start, *pictures]
-        return [self.summary, self.checkpoint, self.scene, *trajectories, *others]
-
-    def check_free(self, overwrite: bool) -> None:
-        """Refuse a folder in which :meth:`begin` would fail; no file is changed."""
-        there = next((path for path in (self.path, *self.path.absolute().parents) if path.exists()), None)
-        with writing(self.path):
-            if there is not None and not there.is_dir():
-                raise FileError(f"{self.path} cannot be a folder, because {there} is a file; choose another.")
-            if there is not None and not os.access(there, os.W_OK | os.X_OK):
-                raise FileError(
-                    f"{self.path} cannot be written: {there} is not writable; choose another folder."
-                )
-            found = [path.name for path in self._files() if os.path.lexists(path)]
-        refuse_others(self.path, self.kind)
-        # A scene file of the user may lie in the folder in which the run is to be.
-        if (overwrite or found == [self.scene.name]) and self.scene.name in found and of_the_user(self.scene):
-            raise FileError(
-                f"{self.scene} was written or annotated by somebody, and a run there would replace it; "
-                "choose another folder with --out, or move the file."
-            )
-        if found and not overwrite:
-            raise FileError(
-                f"{self.path} holds {self.kind} already ({found[0]}); go on with "
-                f"`{typed('carom resume', self.path)}`, choose another folder with --out, or replace "
-                "it with --overwrite."
-            )
-
-    def make(self) -> None:
-        """Make the folder, unless it is there."""
-        with writing(self.path):
-            self.path.mkdir(parents=True, exist_ok=True)
-
-    def begin(self, plan: SceneFile) -> None:
-        """Remove an older run from the folder and write the plan.
+    def begin(self, plan: SceneFile, start: Frame | None = None) -> None:
+        """Remove an older run from the folder, and write the plan and the frame from which it is to start.
 
         After an interruption the folder starts as the old run, as the new one, or :meth:`check_empty` refuses
         it.
         """
-        text = _text(plan)
-        with writing(self.path):
-            for path in (self.summary, self.checkpoint):
-                path.unlink(missing_ok=True)
-        write_text(self.scene, text)
-        with writing(self.path):
-            for path in self._files():
-                if path != self.scene and str(path.absolute()) != plan.scene.file:
+        text, old = _text(plan), [self.summary, self.checkpoint]
+        with contextlib.ExitStack() as files:
+            if start is not None:
+                temporary = files.enter_context(replacing(self.start))
+                with open_writer(temporary) as writer:
+                    writer.write(start)
+                old.append(self.scene)  # which may begin from the start of an older run
+            with writing(self.path):
+                for path in old:
                     path.unlink(missing_ok=True)
+        write_text(self.scene, text)
+        self.clear(self.scene.absolute(), Path(plan.scene.file or ""))
+        with writing(self.path):
             for name in TABLES:
                 if is_table(self.path, name):  # which was measured from the frames of the old run
                     (self.path / f"{name}.csv").unlink()
@@ -109,11 +67,10 @@ class RunFolder:
 
     def check_empty(self) -> None:
         """Refuse frames and events, which a run without a checkpoint would replace; no file is changed."""
-        found = [path for form in FORMATS if _holds(path := self.trajectory(form), _frames)]
-        found += [self.events] if _holds(self.events, _events) else []
+        found = [path.name for path in (*map(self.trajectory, FORMATS), self.events) if _holds(path)]
         if found:
             raise FileError(
-                f"{self.path} has frames or events ({', '.join(path.name for path in found)}), but no "
+                f"{self.path} has frames or events ({', '.join(found)}), but no "
                 "checkpoint to go on from; put checkpoint.h5 back, or begin anew with "
                 f"`{typed('carom run', self.scene)} {typed('--out', self.path)} --overwrite`, which "
                 "replaces them."
@@ -140,10 +97,6 @@ class RunFolder:
         if not self.scene.exists():
             write_text(self.scene, _text(plan))
 
-    def owned(self) -> contextlib.AbstractContextManager[None]:
-        """Make the folder, keep other processes out, and remove what a killed one left incomplete."""
-        return owned(self.path, {path.name for path in self._files()}.__contains__)
-
 
 def words_of(plan: SceneFile) -> dict[str, Any]:
     """Return the values of a plan by section and key."""
@@ -156,21 +109,17 @@ def _text(plan: SceneFile) -> str:
     return f"{title('carom run')}\n\n{plan.to_toml()}"
 
 
-def _holds(path: Path, count: Callable[[Path], int]) -> bool:
-    """Return whether a file holds anything by ``count``; a damaged one does, unless it is empty."""
+def _holds(path: Path) -> bool:
+    """Return whether a file holds frames or events; a damaged one does, unless it is empty."""
     try:
-        return path.is_file() and path.stat().st_size > 0 and count(path) > 0
+        if not path.is_file() or path.stat().st_size == 0:
+            return False
+        if path.suffix == ".h5":
+            return len(read_events(path, stop=1).i) > 0
+        with open_reader(path, torn=True) as reader:
+            return len(reader) > 0
     except (CaromError, OSError):
         return True
-
-
-def _frames(path: Path) -> int:
-    with open_reader(path, torn=True) as reader:
-        return len(reader)
-
-
-def _events(path: Path) -> int:
-    return len(read_events(path, stop=1).i)
 
 
 def existing_run(path: Path) -> RunFolder:
@@ -179,7 +128,7 @@ def existing_run(path: Path) -> RunFolder:
     try:
         if not path.is_dir():
             expected = "the folder of a run, as `carom run --out` makes it"
-            if path.exists() and kind_of(path.parent) is not None:
+            if path.exists() and kind_at(path.parent) is not None:
                 expected = f"its folder: `{typed('carom resume', path.parent)}`"
             missing = "is a file" if path.exists() else "does not exist"
             raise FileError(f"{path} {missing}; expected {expected}.")

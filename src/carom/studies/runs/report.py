@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import json
 import math
 import time as clock
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,22 +20,18 @@ from carom.errors import CaromError, FileError, InputError, OverlapError, warn
 from carom.frame import Frame
 from carom.geometry.overlaps import Overlap
 from carom.io.trajectory import open_reader
+from carom.models.obstacles.box_walls import sides
 from carom.models.obstacles.faces import stand_ins
-from carom.models.obstacles.wall_names import sides
 from carom.observables import Estimate, Pressure, PressureResult, WallPressure
 from carom.observables.analysis.drift import LEVEL, moved
 from carom.observables.analysis.equilibrium import doubts_about, slow_structure
-from carom.observables.analysis.layers import Layers
+from carom.observables.analysis.layers import Layer, Layers
 from carom.observables.analysis.quantiles import student_above
-from carom.observables.energy import (
-    Energy,
-    EnergyResult,
-    without_potential,
-)
+from carom.observables.energy import Energy, EnergyResult, without_potential
 from carom.observables.pressure import without_pressure
 from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
 from carom.observables.statistics import ratio, unwarned
-from carom.observables.volume import VolumeResult
+from carom.observables.volume import Volume, VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import write_text
 from carom.scene.description import kind
@@ -46,18 +43,23 @@ from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.equilibration import drifts, mean_square_displacement
 from carom.simulation.measuring.equipartition import Thermometer
-from carom.simulation.measuring.mechanics import Statistics
+from carom.simulation.moves.barostat import VolumeMoves
 from carom.simulation.simulation import Simulation
 from carom.studies import phase as phases
-from carom.studies.phase import MeanBox, Phase, finite, phase_of
-from carom.studies.runs import constant_pressure
+from carom.studies.phase import MeanBox, Phase, phase_of
 from carom.studies.runs.folder import RunFolder
+from carom.studies.runs.summary import BarostatMoves, Moves, Summary, Surface, Theory
 from carom.version import __version__
 
 T = TypeVar("T")
 
 OTHER = 0.01
 """Part of a temperature by which the mean of a run may differ from it, and no sentence says so."""
+
+OF_PRESSURE = ("Z", "Z_from_rate", "reduced_pressure", "collision_rate", "contact_value")
+OF_ENGINE = (
+    "spared_contacts", "momentum_drift", "worst_overlap", "advancement_fraction", "clamped_roots", "transits",
+)  # fmt: skip
 
 SCALED_BY = 0.375
 """Part of the equilibration whose mean kT velocities are scaled by last."""
@@ -127,21 +129,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None])
     parts = _Parts()
     if facts.overlaps:
         parts.fault = OverlapError(_overlapping(facts))
-    pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
-    volume = parts.of("volume", lambda: constant_pressure.volume_of(facts.sim, facts.blocks), None)
-    energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
-    reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without), volume is not None)
-    rdf: Any = None
-    if reason is None:
-        rdf = parts.of("g(r)", lambda: _distribution(folder, facts, report), None)
-        reason = " ".join(parts.remarks[-1:]) or None if rdf is None else None
-    phase = parts.of("phase", lambda: _phase(facts, volume), None)
-    none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: phases.compared(facts.sim.scene, phase, volume), none)
-    if facts.plan.run.pictures:
-        report(0.0, "Drawing")
-        parts.of("pictures", lambda: _draw(folder, facts, pressure, rdf, phases.lines(compared)), None)
-    summary = _summary(facts, pressure, volume, energy, rdf, reason, phase, compared, parts)
+    summary = _summary(folder, facts, report, parts).to_dict()
     # In a file of their own, so that all others depend on the plan alone.
     timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
     for path, found in ((folder.timing, timing), (folder.summary, summary)):
@@ -152,6 +140,82 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None])
         raise parts.fault
     report(1.0, "Done")
     return summary
+
+
+def _summary(folder: RunFolder, facts: Facts, report: Callable[[float, str], None], parts: _Parts) -> Summary:
+    """Return what was measured; write g(r) and the pictures."""
+    sim, scene, run, statistics = facts.sim, facts.sim.scene, facts.plan.run, facts.sim.statistics
+    pressure = parts.of("pressure", lambda: pressure_of(sim, facts.blocks), None)
+    volume = parts.of("volume", lambda: volume_of(sim, facts.blocks), None)
+    energy = parts.of("potential energy", lambda: energy_of(sim, facts.blocks), None)
+    reason = without_rdf(scene, bool(facts.trajectories or facts.without), volume is not None)
+    rdf: Any = None
+    if reason is None:
+        rdf = parts.of("g(r)", lambda: _distribution(folder, facts, report), None)
+        reason = " ".join(parts.remarks[-1:]) or None if rdf is None else None
+    phase = parts.of("phase", lambda: _phase(facts, volume), None)
+    compared = parts.of("theory", lambda: phases.compared(scene, phase, volume), list[Theory]())
+    if run.pictures:
+        report(0.0, "Drawing")
+        parts.of("pictures", lambda: _draw(folder, facts, pressure, rdf, phases.lines(compared)), None)
+    moves = sim._state.volume_moves
+    given: dict[str, Any] = {name: getattr(pressure, name, None) for name in OF_PRESSURE}
+    if volume is not None and moves is not None:
+        given |= at_constant_pressure(volume, moves, scene.diameter)
+    infinite = parts.of(
+        "Z of infinite size", lambda: phases.of_infinite_size(pressure, phase, volume, given["Z"]), None
+    )
+    borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), list[Surface]())
+    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, volume or pressure, energy), list[str]())
+    other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
+    without = None if _decides(scene) else no_pressure(scene)
+    noted = without if pressure is None else pressure.note
+    layers = parts.of("layers", facts.layers.found, list[Layer]())
+    kT = _temperature(facts, pressure, energy)
+    drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
+    interaction = None if is_usual(scene, "interaction") else scene.interaction
+    swaps = None if run.swaps is None else Moves(statistics.swaps_tried, statistics.swaps_accepted)
+    pairs = {k: g.contact_value for k, g in rdf.items()} if isinstance(rdf, dict) else {}
+    return Summary(
+        version=__version__,
+        seed=run.seed,
+        packing_fraction=scene.packing_fraction if volume is None else volume.packing_fraction.mean,
+        box=list(scene.box),
+        system=kind(scene.dimension, scene.n, interaction),
+        kT=kT,
+        thermal=_thermal(facts, pressure),
+        weight=facts.layers.weight,
+        temperature=getattr(energy, "kT", None),
+        equilibration=dict(zip(("collisions", "time"), facts.equilibration, strict=True)),
+        collisions=sum(block.collisions for block in facts.blocks),
+        time=math.fsum(block.duration for block in facts.blocks),
+        frames=facts.frames,
+        trajectories=[path.name for path in facts.trajectories],
+        without_trajectory=facts.without,
+        relative_error=run.relative_error,
+        U=getattr(energy, "U", None),
+        Z_infinite=infinite,
+        contact_value_from_rdf=getattr(rdf, "contact_value", None),
+        contact_values_from_rdf=pairs,
+        without_rdf=reason,
+        remarks=[*doubts, *([other] if early else []), *parts.remarks],
+        note=" ".join(filter(None, (noted, "" if early else other, phases.remark(phase, scene)))),
+        obstacles=borne,
+        layers=layers,
+        collisions_by_species=_by_species(sim),
+        units=_units(sim),
+        swaps=swaps,
+        barostat=moves
+        and BarostatMoves(**asdict(moves.barostat), tried=moves.tried, accepted=moves.accepted),
+        phase=None if phase is None else phase.name,
+        phase_note=phases.doubt(phase, scene, kT),
+        theory=compared,
+        energy_drift=drift,
+        frames_with_overlaps=len(facts.overlaps) if run.check else None,
+        **given,
+        **{name: getattr(scene, name) for name in ("n", "dimension", "diameter", "mass")},
+        **{name: getattr(statistics, name) for name in OF_ENGINE},
+    )
 
 
 def _overlapping(facts: Facts) -> str:
@@ -170,6 +234,20 @@ def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
     """
     without = sim.kT == 0.0 or no_pressure(sim.scene) is not None or sim._state.volume_moves is not None
     return None if without else stretches.estimate(sim, Pressure(), blocks)
+
+
+def volume_of(sim: Simulation, blocks: list[Block]) -> VolumeResult | None:
+    """Return the mean volume, and the pressure from collisions; None without a barostat."""
+    return None if sim._state.volume_moves is None else stretches.estimate(sim, Volume(), blocks)
+
+
+def at_constant_pressure(found: VolumeResult, moves: VolumeMoves, diameter: float) -> dict[str, Estimate]:
+    """Return the numbers of the summary under a barostat by name; Z has the pressure of the barostat."""
+    return {
+        "volume": found.volume,
+        "Z": found.volume.scaled(moves.barostat.pressure / (found.n * found.kT)),
+        "reduced_pressure": found.pressure.scaled(diameter**found.dimension / found.kT),
+    }
 
 
 def energy_of(sim: Simulation, blocks: list[Block]) -> EnergyResult | None:
@@ -259,97 +337,6 @@ def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
     return phase_of(filled, facts.plan.scene.start, moved(facts.first_places, facts.sim.frame()))
 
 
-def _summary(
-    facts: Facts,
-    pressure: PressureResult | None,
-    volume: VolumeResult | None,
-    energy: EnergyResult | None,
-    rdf: Any,
-    reason: str | None,
-    phase: Phase | None,
-    compared: list[dict[str, Any]],
-    parts: _Parts,
-) -> dict[str, Any]:
-    sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
-    statistics = sim.statistics
-    drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
-    pairs = rdf if isinstance(rdf, dict) else {}
-    contacts = {name: _number(found.contact_value) for name, found in pairs.items()}
-    whole = None if pairs or rdf is None else rdf.contact_value
-    moves = sim._state.volume_moves
-    given: dict[str, Estimate] = {}
-    if volume is not None and moves is not None:
-        given = constant_pressure.numbers(volume, moves, scene.diameter)
-    infinite = parts.of(
-        "Z of infinite size", lambda: phases.of_infinite_size(pressure, phase, volume, given), None
-    )
-    none: list[dict[str, Any]] = []
-    borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
-    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
-    other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
-    without = None if _decides(scene) else no_pressure(scene)
-    noted = without if pressure is None else pressure.note
-    kT = _temperature(facts, pressure, energy)
-
-    def measured(name: str) -> dict[str, float | None]:
-        return _number(given.get(name) if pressure is None else getattr(pressure, name))
-
-    return {
-        "version": __version__,
-        "seed": plan.run.seed,
-        "n": scene.n,
-        "dimension": scene.dimension,
-        "packing_fraction": scene.packing_fraction if volume is None else volume.packing_fraction.mean,
-        "box": list(scene.box),
-        "diameter": scene.diameter,
-        "mass": scene.mass,
-        "system": kind(
-            scene.dimension, scene.n, None if is_usual(scene, "interaction") else scene.interaction
-        ),
-        "kT": kT,
-        "thermal": _thermal(facts, pressure),
-        "weight": facts.layers.weight,
-        "temperature": _number(None if energy is None else energy.kT),
-        "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
-        "collisions": sum(block.collisions for block in facts.blocks),
-        "time": math.fsum(block.duration for block in facts.blocks),
-        "frames": facts.frames,
-        "trajectories": [path.name for path in facts.trajectories],
-        "without_trajectory": facts.without,
-        "relative_error": plan.run.relative_error,
-        "U": _number(None if energy is None else energy.U),
-        "volume": _number(given.get("volume")),
-        "Z": measured("Z"),
-        "Z_from_rate": measured("Z_from_rate"),
-        "Z_infinite": _number(infinite),
-        "reduced_pressure": measured("reduced_pressure"),
-        "collision_rate": measured("collision_rate"),
-        "contact_value": measured("contact_value"),
-        "contact_value_from_rdf": _number(whole),
-        "contact_values_from_rdf": contacts,
-        "without_rdf": reason,
-        "remarks": [*doubts, *([other] if early else []), *parts.remarks],
-        "note": " ".join(filter(None, (noted, "" if early else other, phases.remark(phase, scene)))),
-        "obstacles": borne,
-        "layers": parts.of("layers", lambda: _layers(facts), none),
-        "collisions_by_species": _by_species(sim),
-        "units": _units(sim),
-        "swaps": _swaps(plan, statistics),
-        "barostat": None if moves is None else constant_pressure.settings(moves),
-        "spared_contacts": sim.statistics.spared_contacts,
-        "phase": None if phase is None else phase.name,
-        "phase_note": phases.doubt(phase, scene, kT),
-        "theory": compared,
-        "energy_drift": finite(drift),
-        "momentum_drift": finite(statistics.momentum_drift),
-        "worst_overlap": statistics.worst_overlap,
-        "frames_with_overlaps": len(facts.overlaps) if plan.run.check else None,
-        "advancement_fraction": statistics.advancement_fraction,
-        "clamped_roots": statistics.clamped_roots,
-        "transits": statistics.transits,
-    }
-
-
 def _other_temperature(facts: Facts, kT: Estimate) -> tuple[str, bool] | None:
     """Return a sentence where a run came to another temperature than was asked for, and whether it speaks
     against equilibrium.
@@ -374,25 +361,18 @@ def _other_temperature(facts: Facts, kT: Estimate) -> tuple[str, bool] | None:
 
 
 def _doubts(
-    facts: Facts,
-    pressure: PressureResult | None,
-    volume: VolumeResult | None,
-    energy: EnergyResult | None,
+    facts: Facts, main: PressureResult | VolumeResult | None, energy: EnergyResult | None
 ) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
     sim, scene = facts.sim, facts.sim.scene
-    main = pressure if volume is None else volume
     said = [sentence for found in (main, energy) if found is not None for sentence in doubts_about(found)]
     if main is not None and getattr(main, "steady", True) and facts.first_places is not None:
         # Where the particles were when the stretch began is not kept: they move alike before and in it.
         part = math.fsum(block.duration for block in facts.blocks) / sim.time
-        said += slow_structure(
-            scene, part * mean_square_displacement(facts.first_places, sim.frame().unwrapped)
-        )
-    if _decides(scene):
-        return said
+        distance = mean_square_displacement(facts.first_places, sim.frame())
+        said += slow_structure(scene, part * distance)
     error = math.inf if main is None else main.primary.relative_error
-    return said + facts.thermometer.doubts(error)
+    return said if _decides(scene) else said + facts.thermometer.doubts(error)
 
 
 def _temperature(facts: Facts, pressure: PressureResult | None, energy: EnergyResult | None) -> float:
@@ -417,15 +397,7 @@ def _thermal(facts: Facts, pressure: PressureResult | None) -> bool:
     return pressure is not None or straight
 
 
-def _layers(facts: Facts) -> list[dict[str, Any]]:
-    """Return the layers along a field, from the lowest on; none without a field."""
-    return [
-        {"low": layer.low, "high": layer.high, "members": layer.members, "kT": _number(layer.kT)}
-        for layer in facts.layers.found()
-    ]
-
-
-def _obstacles(facts: Facts) -> list[dict[str, Any]]:
+def _obstacles(facts: Facts) -> list[Surface]:
     """Return what every wall and obstacle bore and gave in the measured stretch, but for walls for which an
     obstacle stands.
     """
@@ -436,12 +408,7 @@ def _obstacles(facts: Facts) -> list[dict[str, Any]]:
     working = [*(rubbed for _ in walls), *(rubbed or hasattr(each, "live") for each in standing(scene))]
     # The area of a plane inside the box is not known, so it has only a force.
     return [
-        {
-            "name": name,
-            "force": _borne(facts, k, 1.0),
-            "pressure": _borne(facts, k, None),
-            "power": _number(_power(facts, k) if working[k] else None),
-        }
+        Surface(name, _borne(facts, k, 1.0), _borne(facts, k, None), _power(facts, k) if working[k] else None)
         for k, name in enumerate(obstacle_names(scene))
         if k >= len(walls) or walls[k] not in gone
     ]
@@ -456,14 +423,11 @@ def _power(facts: Facts, k: int) -> Estimate | None:
         return ratio(given, [block.duration for block in facts.blocks])
 
 
-def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
-    """Return the pressure on wall or obstacle k; None values where there is none."""
-    with unwarned():  # The pressure of the fluid has already warned of few blocks.
-        try:
-            request = WallPressure(k, area=area)
-            return _number(request.of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure)
-        except InputError:
-            return _number(None)
+def _borne(facts: Facts, k: int, area: float | None) -> Estimate | None:
+    """Return the pressure on wall or obstacle k; None where there is none."""
+    with unwarned(), contextlib.suppress(InputError):  # the pressure of the fluid has warned of few blocks
+        return WallPressure(k, area=area).of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure
+    return None
 
 
 def _by_species(sim: Simulation) -> dict[str, int]:
@@ -483,15 +447,3 @@ def _units(sim: Simulation) -> dict[str, int]:
     units, kinds = sim.interaction, sim.scene.interaction.kinds  # type: ignore[attr-defined]
     left = np.bincount(units.kinds[units.present], minlength=len(kinds)).tolist()
     return {kind.name: count for kind, count in zip(kinds, left, strict=True)}
-
-
-def _swaps(plan: SceneFile, statistics: Statistics) -> dict[str, int] | None:
-    """Return how many swaps were tried and accepted since the start; None where there are none."""
-    if plan.run.swaps is None:
-        return None
-    return {"tried": statistics.swaps_tried, "accepted": statistics.swaps_accepted}
-
-
-def _number(estimate: Estimate | None) -> dict[str, float | None]:
-    """Return an estimate as JSON values; NaN and infinity become None."""
-    return {name: finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
 from carom.observables.rdf import rdf_of
-from carom.observables.statistics import Estimate, value_with_error
+from carom.observables.statistics import UNKNOWN, Estimate, value_with_error
 from carom.results import Result
 from carom.scene.scene import Scene
-from carom.studies.runs.summary import SUMMARY, read_timing
+from carom.studies.runs.summary import HEADS, Summary, checked, read_timing
 from carom.texts import counted
 
 QUANTITIES = (
@@ -46,15 +46,20 @@ class RunResult(Result):
     summary: dict[str, Any]
     new: bool = False
 
+    @functools.cached_property
+    def _found(self) -> Summary:
+        """The summary as a value with a field for each of its keys."""
+        return Summary.of(self.summary)
+
     @property
     def n(self) -> int:
         """Number of particles."""
-        return int(self.summary["n"])
+        return self._found.n
 
     @property
     def packing_fraction(self) -> float:
         """Packing fraction; under a barostat that of the mean volume."""
-        return float(self.summary["packing_fraction"])
+        return self._found.packing_fraction
 
     @property
     def Z(self) -> Estimate:
@@ -89,15 +94,11 @@ class RunResult(Result):
     @property
     def _rules_logged(self) -> bool:
         """Whether to show the run is to call the rules of its units again, which is code."""
-        return bool(self.summary.get("units")) and (self.folder / "events.h5").is_file()
+        return bool(self._found.units) and (self.folder / "events.h5").is_file()
 
     def _estimate(self, name: str) -> Estimate:
-        found = self.summary.get(name)
-        if found is None or found["mean"] is None:
-            return Estimate(np.nan, np.inf, 0.0, np.inf, 0)
-        error = np.inf if found["error"] is None else found["error"]
-        n_eff = found.get("n_eff") or 0.0
-        return Estimate(found["mean"], error, n_eff, np.nan, 0)
+        found: Estimate = getattr(self._found, name) or UNKNOWN
+        return dataclasses.replace(found, n_eff=0.0) if math.isnan(found.n_eff) else found
 
     @property
     def frames(self) -> Reader:
@@ -121,7 +122,7 @@ class RunResult(Result):
         FileError
             If the frames are missing or damaged.
         """
-        if reason := self.summary["without_rdf"]:
+        if reason := self._found.without_rdf:
             raise InputError(f"{self.folder}: {reason}")
         with self.frames as frames:
             scene = Scene.from_frame(frames[0])
@@ -141,10 +142,10 @@ class RunResult(Result):
     def _words(self) -> dict[str, Any]:
         """Return numbers by name, each quantity with its error: Z, Z_error, reduced_pressure, ..."""
         names = ("n", "dimension", "packing_fraction", "kT", "collisions", "time")
-        found: dict[str, Any] = {name: self.summary[name] for name in names}
+        held = self._found.to_dict()
+        found = {name: held[name] for name in names}
         for name in QUANTITIES:
-            value = self.summary.get(name) or {"mean": None, "error": None}
-            found |= {name: value["mean"], f"{name}_error": value["error"]}
+            found |= {name: held[name]["mean"], f"{name}_error": held[name]["error"]}
         return found
 
     def _saved(self) -> dict[str, Any]:
@@ -152,7 +153,7 @@ class RunResult(Result):
 
     @classmethod
     def _made(cls, values: Mapping[str, Any]) -> RunResult:
-        return cls(Path(values["folder"]), SUMMARY(values["summary"], "its summary"))
+        return cls(Path(values["folder"]), checked(values["summary"], "its summary"))
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw g(r), or the last frame where there is no g(r).
@@ -162,26 +163,25 @@ class RunResult(Result):
         from carom.pictures import plots
         from carom.pictures.view import standing_beside
 
-        if self.summary["without_rdf"] is None and not isinstance(self.rdf, dict):
+        if self._found.without_rdf is None and not isinstance(self.rdf, dict):
             return self.rdf.plot(path)
         last: Frame = self.frames[-1]
         return plots.snapshot(last, obstacles=standing_beside(self.folder / "trajectory", last), path=path)
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         """Return the system, and what was measured."""
-        s = self.summary
-        system = s.get("system", "particles")
-        title = f"{s['n']} {system} at packing fraction {s['packing_fraction']:.6g}, kT = {s['kT']:.6g}"
-        words = {"Z": "Z", "reduced_pressure": "P σ^d/kT", "U": "U/N"}
-        known = {name: s[name] for name in words if s.get(name) and s[name]["mean"] is not None}
-        return title, [(words[k], value_with_error(v["mean"], v["error"])) for k, v in known.items()]
+        s = self._found
+        title = f"{s.n} {s.system} at packing fraction {s.packing_fraction:.6g}, kT = {s.kT:.6g}"
+        known = {name: x for name in ("Z", "reduced_pressure", "U") if (x := getattr(s, name)) is not None}
+        return title, [
+            (HEADS[k].replace(" / ", "/"), value_with_error(v.mean, v.error)) for k, v in known.items()
+        ]
 
     def _lines(self) -> list[str]:
         """Return what is printed: the system, what was measured, where it is."""
         title, rows = self._rows()
         said = [", ".join(f"{name} = {value}" for name, value in rows)] if rows else []
-        s = self.summary
-        return [title, *said, f"{counted(s['collisions'], 'collision')}; files in {self.folder}"]
+        return [title, *said, f"{counted(self._found.collisions, 'collision')}; files in {self.folder}"]
 
     def __repr__(self) -> str:
         return f"<RunResult: {self._lines()[0]}, in {self.folder}>"
