@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+import carom
 from carom.engine import calendar as cal
 from carom.engine.build import build, enlarge_heap
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.prefetch import HUGE
-from carom.engine.system import System
-from carom.models import FreeFlight, HardCores, Restitution
+from carom.simulation.system_of_scene import prepare
 
 LENGTH = 8.0
 
@@ -18,9 +18,8 @@ def make_engine(n, heap=256, width=0.25):
     edge = 4.0 * n
     chosen = NeighborPlan("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
     positions = np.arange(n)[:, None] * 4.0
-    models = HardCores(), FreeFlight(), Restitution()
-    system = System(n, (edge,), (True,), 1.0, 1.0, *models, images=False)
-    engine = build(chosen, system, positions, np.zeros((n, 1)))
+    scene = carom.Scene(positions, edge)
+    engine = build(chosen, prepare(scene, 0.0 * positions, tuning=carom.Tuning(images=False)), positions, 0.0)
     return engine, chosen
 
 

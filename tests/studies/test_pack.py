@@ -14,7 +14,7 @@ from helpers.marks import slow
 import carom
 from carom import Species, io
 from carom.errors import FileError, InputError, OverlapError
-from carom.simulation.system_of_scene import unit_of
+from carom.simulation.system_of_scene import speeds_of
 from carom.studies.packings.compression import points
 from carom.studies.packings.packing import parted
 
@@ -337,6 +337,6 @@ def test_growth_that_no_diameter_would_notice_is_refused():
     scene = carom.Scene.crystal(cells=1, packing_fraction=0.1)
     velocities = scene.positions - scene.positions.mean(axis=0)
     with pytest.raises(InputError, match="do not grow"):
-        unit_of(scene, velocities, 1e-320 + 0.0 * scene.diameters)
+        speeds_of(scene, velocities, 1e-320 + 0.0 * scene.diameters)
     for rates in (0.0, 1e-12):
-        unit_of(scene, velocities, rates + 0.0 * scene.diameters)
+        speeds_of(scene, velocities, rates + 0.0 * scene.diameters)

@@ -14,7 +14,6 @@ from carom.bridges.embedding import (
     cell_of,
     embed,
     joined,
-    momenta,
     periodic,
     require_at_most_three,
     symbols_of,
@@ -65,7 +64,7 @@ def to_ase(frame: Configuration) -> ase.Atoms:
         info={"time": float(frame.time), "step": int(frame.step), "dimension": frame.dimension},
     )
     atoms.set_masses(frame.masses)
-    atoms.set_momenta(embed(momenta(frame.velocities, frame.masses)))
+    atoms.set_momenta(embed(frame.velocities * frame.masses[:, None]))
     atoms.set_array("radius", frame.diameters / 2.0)
     atoms.set_array("velo", embed(frame.velocities))
     atoms.set_array("id", np.arange(1, frame.n + 1))

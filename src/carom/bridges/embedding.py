@@ -1,4 +1,4 @@
-"""What other programs need of a frame: three dimensions, chemical symbols, momenta.
+"""What other programs need of a frame: three dimensions, chemical symbols.
 
 Missing coordinates are 0. A missing edge is as long as the longest edge: a positive placeholder along an axis
 that is not periodic.
@@ -121,15 +121,3 @@ def require_at_most_three(dimension: int, format_name: str) -> None:
             f"{format_name} holds at most 3 dimensions, and these frames have {dimension}; "
             "write .h5md instead."
         )
-
-
-def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
-    """Return momenta that, divided by the mass, give the velocities exactly where that is possible."""
-    mass = masses[:, np.newaxis]
-    result = velocities * mass
-    # The bounds are finite, so that no finite momentum becomes infinite.
-    for towards in (np.finfo(np.float64).max, np.finfo(np.float64).min):
-        neighbor = np.nextafter(velocities * mass, towards)
-        better = (result / mass != velocities) & (neighbor / mass == velocities)
-        result = np.where(better, neighbor, result)
-    return result

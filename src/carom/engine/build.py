@@ -79,12 +79,12 @@ def make_model(system: System) -> Model:
     pair = system.interaction.model(particles)
     obstacles = make_obstacles(system.dimension, system.walls, system.obstacle_models)
     timers = None
-    if system.drive is not None:
-        kicks = copied(system.drive.model(particles))
-        timers = make_timers(kicks, system.dimension, system.unit.exponent, system.pinned)
+    if system.scene.drive is not None:
+        kicks = copied(system.scene.drive.model(particles))
+        timers = make_timers(kicks, system.dimension, system.unit.exponent, system.scene.pinned)
     impact = system.impact.model(particles)
-    if system.spins is not None:
-        impact.spins[:-1] = system.spins
+    if system.scene.spins is not None:
+        impact.spins[:-1] = system.unit.to_kernel(system.scene.spins, -1)
     return Model(
         pair=pair,
         lanes=None,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -18,44 +19,66 @@ from carom.models.motions.shear import LISTED_STRAIN, Shear
 from carom.units import TimeUnit
 
 
-@dataclass(frozen=True)
-class System:
-    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`)."""
+class Components(Protocol):
+    """What the engine reads of a scene as it stands there."""
 
-    n: int
     box: tuple[float, ...]  # edges [length]
     periodic: tuple[bool, ...]  # the other axes have walls
-    diameter: float  # the largest distance of contact now [length]
+    masses: np.ndarray  # (n,)
+    species: np.ndarray | None  # (n,) int64, 0 to K - 1
+    contact: np.ndarray | None  # (K, K) [length], where not the sums of the radii
+    spins: np.ndarray | None  # (n, 1) or (n, 3) at the start, of rough particles [1 / time]
+    pinned: np.ndarray | None  # (n,) bool
+    drive: Any  # kicks single components (``carom.models.drives``)
     mass: float  # the common one
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+
+
+@dataclass(frozen=True)
+class System:
+    """A scene as a run has it: what is in force now, in the engine's unit of time, and what was chosen."""
+
+    scene: Components
+    unit: TimeUnit  # of time (:mod:`carom.units`)
     interaction: Interaction
     motion: Motion
     impact: Impact
+    diameter: float  # the largest distance of contact now [length]
     walls: Any = None
-    unit: TimeUnit = TimeUnit()  # noqa: RUF009 (a NamedTuple does not change)
-    radii: np.ndarray | None = None  # (n,), where they differ or grow
-    masses: np.ndarray | None = None  # (n,), where they differ
-    species: np.ndarray | None = None  # (n,) int64, 0 to K - 1
-    contact: np.ndarray | None = None  # (K, K) [length], where not the sums of the radii
+    radii: np.ndarray | None = None  # (n,), where they or the masses differ, or grow
     rates: np.ndarray | None = None  # (n,), radius gained a time
-    by_radii: bool = True
-    """Pairs act up to ``contact`` or the sum of radii only; otherwise all up to ``diameter``."""
-    obstacles: tuple = field(default=())  # kernel models, and values of those that are live
+    obstacles: tuple = ()  # kernel models, and values of those that are live
     still: tuple[bool, ...] = ()  # axes along which momentum is conserved; none if empty
     driven_speed: float = 0.0  # given by motion, or by what moves, to components that rest
     images: bool = True  # count the boxes that each component crosses
     single: bool = False  # positions, velocities and times in single precision
     currents: bool = False  # add up currents of momentum and heat
     flights: bool = False  # histograms of free flights and normal speeds
-    drive: Any = None  # kicks single components (``carom.models.drives``)
-    pinned: np.ndarray | None = None  # (n,) bool
     observers: tuple = ()  # the user's own; the run adds up in their arrays
-    spins: np.ndarray | None = None  # (n, 1) or (n, 3) at the start, of rough particles
 
     @property
     def obstacle_models(self) -> tuple:
         """What the engine compiles of the obstacles: their models, or what those that are live make."""
         particles = self.particles
         return tuple(each.live(particles) if hasattr(each, "live") else each for each in self.obstacles)
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return self.scene.n
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges [length]."""
+        return self.scene.box
+
+    @property
+    def periodic(self) -> tuple[bool, ...]:
+        """Which axes have no walls."""
+        return self.scene.periodic
 
     @property
     def dimension(self) -> int:
@@ -114,7 +137,7 @@ class System:
         """Speed that a pair of the lightest gains in its deepest well [length / time]; 0 without one."""
         if not self.stepped:
             return 0.0
-        deepest = float(self.interaction.model(self.particles).energy.min())
+        deepest = float(self.pair.energy.min())
         return math.sqrt(4.0 * max(-deepest, 0.0) / float(self.particles.masses.min()))
 
     @property
@@ -127,19 +150,22 @@ class System:
         """Normal speed below which contacts are elastic; 0 where there is no such."""
         return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))
 
-    @property
+    @cached_property
     def particles(self) -> Particles:
         """The components, for values that make models."""
-        radii, masses = self.radii, self.masses
-        return Particles(
-            self.box,
-            np.broadcast_to(0.5 * self.diameter, self.n) if radii is None else radii,
-            np.broadcast_to(self.mass, self.n) if masses is None else masses,
-            self.species,
-            self.rates,
-            radii is None,
-            self.unit,
-        )
+        scene, equal = self.scene, self.radii is None
+        radii = np.broadcast_to(0.5 * self.diameter, scene.n) if self.radii is None else self.radii
+        return Particles(scene.box, radii, scene.masses, scene.species, self.rates, equal, self.unit)
+
+    @cached_property
+    def pair(self) -> Any:
+        """The model of the interaction, to be asked: a run makes its own, which may remember something."""
+        return self.interaction.model(self.particles)
+
+    @property
+    def by_radii(self) -> bool:
+        """Whether pairs act up to ``contact`` or the sum of radii only; otherwise all up to ``diameter``."""
+        return bool(getattr(self.interaction, "by_radii", False))
 
     @property
     def packing_fraction(self) -> float:
@@ -154,14 +180,15 @@ class System:
         """Radii whose sums are no smaller than any distance of contact, (n,), or None where all are equal."""
         if not self.by_radii:
             return None
-        if self.radii is None or self.contact is None or self.species is None:
+        species, contact = self.scene.species, self.scene.contact
+        if self.radii is None or contact is None or species is None:
             return self.radii
-        core = np.zeros(len(self.contact))
-        core[self.species] = self.radii
+        core = np.zeros(len(contact))
+        core[species] = self.radii
         # An empty species has no radius, and nobody touches it.
-        occur = np.ix_(*[np.unique(self.species)] * 2)
+        occur = np.ix_(*[np.unique(species)] * 2)
         sums = core[:, None] + core[None, :]
-        return self.radii * max(1.0, float((self.contact[occur] / sums[occur]).max()))
+        return self.radii * max(1.0, float((contact[occur] / sums[occur]).max()))
 
     @property
     def paces(self) -> np.ndarray:
@@ -170,9 +197,10 @@ class System:
         Margins are used up at a rate ``v / margin``: of all with the same sum, these need the fewest
         renewals.
         """
-        if self.masses is None:
-            return np.ones(self.n)
-        paces = (self.masses / self.masses.mean()) ** -0.25
+        masses = self.scene.masses
+        if self.radii is None:
+            return np.ones(len(masses))
+        paces = (masses / masses.mean()) ** -0.25
         return np.clip(paces / paces.mean(), 1.0 / 8.0, 8.0)
 
     @property
@@ -189,7 +217,8 @@ class System:
     @property
     def smallest_contact(self) -> float:
         """The smallest distance of contact [length]: that of two of the smallest, or one of ``contact``."""
-        if self.contact is None or self.species is None:
+        species, contact = self.scene.species, self.scene.contact
+        if contact is None or species is None:
             return self.smallest
-        occur = np.unique(self.species)
-        return min(self.smallest, float(self.contact[np.ix_(occur, occur)].min()))
+        occur = np.unique(species)
+        return min(self.smallest, float(contact[np.ix_(occur, occur)].min()))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import checks
-from carom.bridges.embedding import embed, momenta, parted, periodic, spins_of
+from carom.bridges.embedding import embed, parted, periodic, spins_of
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.validation import flaw
@@ -164,7 +164,7 @@ def _velocities(atoms: ase.Atoms) -> np.ndarray:
             raise InputError("The array 'velo' of these atoms holds no vectors of up to three numbers.")
         exact = embed(np.asarray(exact, dtype=np.float64).reshape(len(atoms), -1))
         if not atoms.has("momenta") or np.array_equal(
-            momenta(exact, atoms.get_masses()), atoms.get_momenta()
+            exact * atoms.get_masses()[:, None], atoms.get_momenta()
         ):
             return exact
     return np.asarray(atoms.get_velocities(), dtype=np.float64)

@@ -20,7 +20,6 @@ from carom.bridges.embedding import (
     cell_of,
     embed,
     joined,
-    momenta,
     names_of,
     one_word,
     parted,
@@ -61,7 +60,7 @@ def render(frame: Frame) -> bytes:
     require_at_most_three(frame.dimension, "Extended XYZ")
     columns: list[list[Any]] = list(embed(frame.positions).T.tolist())
     velocities = _triples(embed(frame.velocities))
-    moments = momenta(frame.velocities, frame.masses)
+    moments = frame.velocities * frame.masses[:, None]
     same = np.array_equal(moments.view(np.int64), frame.velocities.view(np.int64))  # -0.0 is not 0.0
     columns.append(velocities if same else _triples(embed(moments)))
     row = " %.17g" * 3 + " %s"

@@ -188,8 +188,8 @@ def _explanation(
     missing = {
         "diameters of their own": system.radii is None,
         "masses of their own": system.radii is None,
-        "a contact matrix": system.contact is None,
-        "species": system.species is None,
+        "a contact matrix": system.scene.contact is None,
+        "species": system.scene.species is None,
         "growth": system.rates is None,
         "walls and obstacles": engine.model.obstacles is None,
         "restitution": engine.model.impact is None,

@@ -26,8 +26,9 @@ SINGLE = 2.0**-23  # spacing of single precision at 1
 COARSEST = 2.0**-6  # part of a diameter, or of the speeds, that single precision may round off
 
 
-def refuse(scene: Scene, system: System, thermal: Thermal) -> None:
+def refuse(system: System, thermal: Thermal) -> None:
     """Raise InputError where parts of a scene do not go together; ``thermal`` is in the engine's unit."""
+    scene: Any = system.scene
     if system.single:
         refuse_single(scene, thermal, system.unit)
     if hasattr(scene.interaction, "steps"):  # growth would replace it
@@ -36,7 +37,7 @@ def refuse(scene: Scene, system: System, thermal: Thermal) -> None:
     if system.rates is not None:
         model_checks.check_copy_state(system)
     refuse_rough(scene)
-    if system.drive is not None:
+    if system.scene.drive is not None:
         refuse_drive(system, scene)
     if system.curved and system.single:
         raise InputError(
@@ -89,9 +90,9 @@ def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> N
 
 def refuse_steep(system: System, thermal: Thermal) -> None:
     """Raise InputError if steps are so high that a crossing leaves no digit of a thermal energy."""
-    energies = np.asarray(getattr(system.interaction.model(system.particles), "energy", 0.0))
+    energies = np.asarray(getattr(system.pair, "energy", 0.0))
     finite = energies[np.isfinite(energies)]
-    height, energy = float(np.ptp(finite)), thermal.kT + system.mass * thermal.drift**2
+    height, energy = float(np.ptp(finite)), thermal.kT + system.scene.mass * thermal.drift**2
     if 0.0 < STEEPEST * energy < height:
         height, energy = (system.unit.to_scene(each, -2) for each in (height, energy))
         raise InputError(

@@ -42,7 +42,7 @@ from carom.scene.storage import from_arrays
 from carom.simulation.clock import Clock
 from carom.simulation.files.logged_refs import Refs
 from carom.simulation.run_state import frame_of
-from carom.simulation.system_of_scene import system_of, unit_of, with_thresholds
+from carom.simulation.system_of_scene import speeds_of, system_of, with_thresholds
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -88,8 +88,7 @@ class Replay:
         try:
             self._scene = scene = _scene(initial, own)
             velocities = np.array(initial["velocities"], dtype=np.float64)
-            unit, thermal = unit_of(scene, velocities, None)
-            system = system_of(scene, thermal, None, unit)
+            system = system_of(speeds_of(scene, velocities, None), None)
             system = with_thresholds(system, np.atleast_1d(initial["thresholds"]).tolist())
             self._clock = Clock(system.unit, system.unit.to_kernel(float(initial["epoch_length"]), 1))
             positions = np.array(initial["positions"], dtype=np.float64)

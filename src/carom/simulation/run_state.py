@@ -24,7 +24,7 @@ from carom.simulation.moves.oscillation import oscillation_of
 from carom.simulation.moves.swaps import Sweeps
 from carom.simulation.refusals import refuse_steep
 from carom.simulation.run_guard import RunGuard
-from carom.simulation.system_of_scene import driven_speed_of, losses_at, slow_speed_of, unit_of
+from carom.simulation.system_of_scene import losses_at, speeds_of
 from carom.simulation.tuning import Requested
 
 if TYPE_CHECKING:
@@ -104,10 +104,9 @@ class RunState:
         self.velocities = velocities.copy()
         self.system = system
         self.requested = requested
-        self.scheme = self._choose(velocities, requested) if scheme is None else scheme
-        self.engine: Engine = build(
-            self.scheme, system, scene.positions, self.unit.to_kernel(self.velocities, -1)
-        )
+        v = self.unit.to_kernel(velocities, -1)
+        self.scheme = self._choose(v, requested) if scheme is None else scheme
+        self.engine: Engine = build(self.scheme, system, scene.positions, v)
         self.clock = Clock(self.unit, self.scheme.epoch)
         self.counted = 0
         self.volume_moves: VolumeMoves | None = None
@@ -125,17 +124,14 @@ class RunState:
         self.executive: Executive | None = None
         self.depths = Depths()
 
-    def _choose(
-        self, velocities: np.ndarray, requested: Requested, rate: float | None = None
-    ) -> NeighborPlan:
-        """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""
+    def _choose(self, v: np.ndarray, requested: Requested, rate: float | None = None) -> NeighborPlan:
+        """Return the scheme for velocities ``v``, (n, d); they and ``rate`` are in the engine's unit."""
         from carom.engine.neighbors.plan import choose
 
-        v = self.unit.to_kernel(velocities, -1)
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self.system.rates is not None:
             speed += 2.0 * float(self.system.rates.max())
-        if not self.system.straight or self.system.obstacles or self.system.drive is not None:
+        if not self.system.straight or self.system.obstacles or self.system.scene.drive is not None:
             speed = max(speed, self.system.driven_speed)
         try:
             return choose(self.system, speed, *requested, rate)
@@ -390,32 +386,26 @@ class RunState:
             instant, changed = move
             vars(self).update(changed)
             if "scene" in changed:
-                self.system = dataclasses.replace(self.system, box=self.scene.box)
                 positions = self.scene.positions
         self._keep_steps()
         passed_in_epoch = self.in_epoch()
         if self.system.rates is not None and rates is None:
             rates = before.to_scene(self.system.rates, -1)
-        unit, thermal = unit_of(self.scene, velocities, rates)
-        driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
-        self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
+        speeds = speeds_of(self.scene, velocities, rates)
+        unit = speeds.unit
+        now: dict[str, Any] = losses_at(self.scene, speeds.slow) if rescaled else {}
         if isinstance(self.scene.motion, Shear):
             stage = 0 if self.oscillation is None else self.oscillation.done
-            motion = self.scene.motion.in_stage(stage).tilted(frame.tilt or 0.0)
-            self.system = dataclasses.replace(self.system, motion=motion)
-        if self.system.stepped:
-            refuse_steep(self.system, thermal)
-        if rescaled:
-            losses = losses_at(self.scene, slow_speed_of(self.scene, thermal, rates, unit))
-            self.system = dataclasses.replace(self.system, **losses)
+            now["motion"] = self.scene.motion.in_stage(stage).tilted(frame.tilt or 0.0)
         if rates is not None:
             radii = 0.5 * frame.diameters
-            self.system = dataclasses.replace(
-                self.system,
-                radii=radii,
-                diameter=2.0 * float(radii.max()),
-                rates=unit.to_kernel(rates, -1),
-            )
+            now |= {"radii": radii, "diameter": 2.0 * float(radii.max()), "rates": unit.to_kernel(rates, -1)}
+        driven = unit.to_kernel(speeds.driven, -1)
+        self.system = dataclasses.replace(
+            self.system, scene=self.scene, unit=unit, driven_speed=driven, **now
+        )
+        if self.system.stepped:
+            refuse_steep(self.system, speeds.thermal)
         elapsed, counted_since = float(self.clock.since_base(instant)), self.collisions - self.counted
         rate = None
         if counted_since >= self.scene.n and elapsed > 0.0:
@@ -423,11 +413,12 @@ class RunState:
             fastest = [float(np.abs(peculiar(self.scene, v)).max()) for v in (velocities, frame.velocities)]
             quicker = fastest[0] / fastest[1]  # a common drift meets nobody
             rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
+        v = speeds.thermal.velocities
         try:
-            self.scheme = self._choose(velocities, self.requested, rate)
+            self.scheme = self._choose(v, self.requested, rate)
         except InputError:  # components have outgrown the lists that were asked for
-            self.scheme = self._choose(velocities, ("sectors", None), rate)
-        self.engine = build(self.scheme, self.system, positions, unit.to_kernel(velocities, -1))
+            self.scheme = self._choose(v, ("sectors", None), rate)
+        self.engine = build(self.scheme, self.system, positions, v)
         present, slower = unit.to_kernel(instant, 1), unit.exponent - before.exponent
         take_over(old, self.engine, present, passed_in_epoch, slower)
         if rescaled and frame.spins is not None:  # by the factor of the velocities

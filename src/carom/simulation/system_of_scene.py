@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -48,14 +48,39 @@ def driven_speed_of(scene: Scene) -> float:
     return max(paces, default=0.0)
 
 
-def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
-    """Return the engine's unit of time, and what is thermal of velocities (n, d) in that unit."""
+class Speeds(NamedTuple):
+    """How fast components move, from which a run takes its unit of time."""
+
+    scene: Scene
+    unit: TimeUnit
+    thermal: Thermal  # in ``unit``
+    driven: float  # of components that rest, by :func:`driven_speed_of` [length / time]
+    growth: float  # of the diameters, at most [length / time]
+
+    @property
+    def slow(self) -> float:
+        """The speed of which contacts that lose energy take a part as their threshold [length / time].
+
+        It is the thermal one, or where nothing moves yet that which motion, what moves, or growth gives to
+        particles at rest.
+        """
+        speed = self.unit.to_scene(math.sqrt(self.thermal.kT / self.scene.mass), -1)
+        if isinstance(self.scene.motion, Shear):  # a cold start is heated by the stream
+            speed = max(speed, self.driven)
+        return speed or max(self.driven, self.growth)
+
+
+def speeds_of(
+    scene: Scene, velocities: np.ndarray, rates: np.ndarray | None, unit: TimeUnit | None = None
+) -> Speeds:
+    """Return the speeds of velocities (n, d) and of radii (n,) that grow, for a run or its ``unit``."""
+    driven, growth = driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max())
+    if unit is not None:
+        return Speeds(scene, unit, thermal_of(scene, unit.to_kernel(velocities, -1)), driven, growth)
     fastest = float(np.abs(velocities).max())
-    others = 0.0 if rates is None else 2.0 * float(rates.max())
-    unit = TimeUnit.of(max(fastest, others, driven_speed_of(scene)), scene.diameter)
+    unit = TimeUnit.of(max(fastest, growth, driven), scene.diameter)
     v = unit.to_kernel(velocities, -1)
     twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
-    slowest = unit.to_scene(SLOWEST_GROWTH, -1)
     thermal = thermal_of(scene, v)
     if fastest > 0.0 and not (LEAST_ENERGY * thermal.degrees_of_freedom <= twice <= MOST_ENERGY):
         raise InputError(
@@ -63,26 +88,12 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
             f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
             "digits: choose another unit of time or of mass."
         )
-    if others > 0.0 and not others >= slowest:
+    if 0.0 < growth < unit.to_scene(SLOWEST_GROWTH, -1):
         raise InputError(
-            f"Diameters that grow at {others:g} do not grow beside speeds of {fastest:g} or more; "
+            f"Diameters that grow at {growth:g} do not grow beside speeds of {fastest:g} or more; "
             "leave out growth, or let them grow faster."
         )
-    return unit, thermal
-
-
-def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> float:
-    """Return the speed of which contacts that lose energy take a part as their threshold [length / time].
-
-    It is the thermal one, or where nothing moves yet that which motion, what moves, or growth gives to
-    particles at rest. ``thermal`` is in the engine's unit of time.
-    """
-    speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
-    if isinstance(scene.motion, Shear):  # a cold start is heated by the stream
-        speed = max(speed, driven_speed_of(scene))
-    if speed == 0.0:
-        speed = max(driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
-    return speed
+    return Speeds(scene, unit, thermal, driven, growth)
 
 
 def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
@@ -152,9 +163,8 @@ def prepare(
 ) -> System:
     """Return what the engine has to know of a scene with velocities (n, d), whose own models are tried."""
     rates = growth_rates(growth, scene)
-    unit, thermal = unit_of(scene, velocities, rates)
-    single = tuning.precision == "single"
-    system = system_of(scene, thermal, rates, unit, images=tuning.images, single=single, currents=currents)
+    chosen = {"images": tuning.images, "single": tuning.precision == "single", "currents": currents}
+    system = system_of(speeds_of(scene, velocities, rates), rates, **chosen)
     if any(own := own_models(scene)):
         from carom.simulation.model_validation.own_models import try_own_models
 
@@ -162,52 +172,29 @@ def prepare(
     return system
 
 
-def system_of(
-    scene: Scene,
-    thermal: Thermal,
-    rates: np.ndarray | None,
-    unit: TimeUnit,
-    *,
-    images: bool = True,
-    single: bool = False,
-    currents: bool = False,
-    stage: int = 0,
-) -> System:
-    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii.
+def system_of(speeds: Speeds, rates: np.ndarray | None, *, stage: int = 0, **chosen: Any) -> System:
+    """Return what the engine has to know of a scene whose radii grow at ``rates`` [length / time].
 
-    ``stage`` is that of a shear that oscillates.
+    ``stage`` is that of a shear that oscillates; ``chosen`` are fields of the system.
     """
     from carom.engine.system import System
 
+    scene, unit = speeds.scene, speeds.unit
     interaction = scene.interaction if rates is None else Growing()
-    losses, driven = losses_at(scene, slow_speed_of(scene, thermal, rates, unit)), driven_speed_of(scene)
     by_radii = getattr(interaction, "by_radii", False)
-    equal = is_equal(scene) and rates is None and by_radii
     system = System(
-        n=scene.n,
-        box=scene.box,
-        periodic=scene.periodic,
-        diameter=model_checks.contact_range_of(interaction, scene),
-        mass=scene.mass,
+        scene=scene,
+        unit=unit,
         interaction=interaction,
         motion=scene.motion.in_stage(stage) if isinstance(scene.motion, Shear) else scene.motion,
-        **losses,
+        diameter=model_checks.contact_range_of(interaction, scene),
         walls=faces.hard_walls(standing(scene), scene.box, scene.periodic),
-        unit=unit,
-        radii=None if equal else 0.5 * scene.diameters,
-        masses=None if equal else scene.masses,
-        species=scene.species,
-        contact=scene.contact,
-        by_radii=by_radii,
+        radii=None if is_equal(scene) and rates is None and by_radii else 0.5 * scene.diameters,
         rates=None if rates is None else unit.to_kernel(rates, -1),
-        still=thermal.conserved,
-        driven_speed=unit.to_kernel(driven, -1),
-        images=images,
-        single=single,
-        currents=currents,
-        drive=scene.drive,
-        pinned=scene.pinned,
-        spins=None if scene.spins is None else unit.to_kernel(scene.spins, -1),
+        still=speeds.thermal.conserved,
+        driven_speed=unit.to_kernel(speeds.driven, -1),
+        **losses_at(scene, speeds.slow),
+        **chosen,
     )
-    refuse(scene, system, thermal)
+    refuse(system, speeds.thermal)
     return system

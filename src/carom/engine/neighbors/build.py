@@ -101,7 +101,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
 def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> np.ndarray | None:
     """Return how much more slack each has than the largest, as its radius is smaller, (n + 1,); or None."""
     radii = system.radii
-    if not system.by_radii or radii is None or system.contact is not None or system.rates is not None:
+    if not system.by_radii or radii is None or system.scene.contact is not None or system.rates is not None:
         return None
     most_free = [
         0.25 * edge - edge / size - slack

@@ -186,7 +186,8 @@ def choose(
             side = min(sizes.best_side(system, side, speed / rate), max(system.box), widest_side)
         # With walls, obstacles, kicks or growth a run does not wait for pairs at today's rate.
         pairs_only = all(system.periodic) and not system.obstacles and system.straight
-        lasts = begins and pairs_only and system.rates is None and system.drive is None and speed > 0.0 < rate
+        changes = system.rates is not None or system.scene.drive is not None
+        lasts = begins and pairs_only and not changes and speed > 0.0 < rate
         if requested == "auto" and sizes.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
         elif lasts and requested == "auto" and sizes.is_thin(system):

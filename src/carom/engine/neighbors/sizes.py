@@ -346,7 +346,7 @@ def fits_everybody(system: System) -> str | None:
         return "a box that is periodic along all axes, without obstacles"
     if system.rates is not None:
         return "diameters that do not grow"
-    if system.drive is not None:
+    if system.scene.drive is not None:
         return "particles that no drive kicks"
     if not system.straight:
         return "straight flight"

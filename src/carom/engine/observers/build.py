@@ -23,7 +23,7 @@ def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: boo
     """Return what observes a scene, at the start; ``lossy`` if contacts may change the energy."""
     particles = system.particles
     made: list[Any] = []
-    species = None if system.species is None else particles.with_padding(system.species, np.int64)
+    species = None if system.scene.species is None else particles.with_padding(system.scene.species, np.int64)
     if system.straight and lossy:
         made.append(make_balance(particles.masses, velocities, system.still))
     if isinstance(system.motion, Shear):

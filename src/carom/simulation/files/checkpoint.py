@@ -15,7 +15,6 @@ import numpy as np
 from carom.errors import FileError, InputError
 from carom.paths import reason
 from carom.scene.storage import from_arrays, to_arrays
-from carom.scene.velocities import thermal_of
 from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH, Clock
 from carom.simulation.files.recorder import Recorder
@@ -24,7 +23,7 @@ from carom.simulation.moves.barostat import Barostat, VolumeMoves
 from carom.simulation.moves.oscillation import oscillation_of
 from carom.simulation.moves.swaps import Swaps, Sweeps
 from carom.simulation.run_state import RunState
-from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
+from carom.simulation.system_of_scene import speeds_of, system_of, thresholds_of, with_thresholds
 from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
 
@@ -37,6 +36,8 @@ MORE_ROOM = 1.25
 RESERVE = 1.1
 """The same where it is packed: what is empty takes nothing, but times and images are all 0 at first."""
 
+CHOSEN = ("images", "single", "currents", "flights")
+"""Fields of the system that a file holds by their names."""
 
 LONGEST = 2200  # exponents of all powers of two by which units of time of two doubles can differ
 
@@ -86,10 +87,7 @@ def _save(
         "counted": run_state.counted,
         "wish": json.dumps(run_state.requested),
         "scheme": json.dumps(dataclasses.asdict(run_state.scheme)),
-        "images": run_state.engine.state.images is not None,
-        "single": system.single,
-        "currents": system.currents,
-        "flights": system.flights,
+        **{name: getattr(system, name) for name in CHOSEN},
         "observers": json.dumps([own_observers.described(each) for each in system.observers]),
         "epoch": clock.epoch,
         "offset": clock.offset,
@@ -179,7 +177,7 @@ def load(
         settings = json.loads(str(attributes["scheme"]))
         checkpoint_validation.check_start(arrays)
         checkpoint_validation.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
-        chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
+        scheme = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
         scene = from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
@@ -189,19 +187,13 @@ def load(
         unit = TimeUnit(checkpoint_validation.whole(attributes, "time_unit", -LONGEST, LONGEST))
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
-        thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
-        kept = {name: bool(attributes[name]) for name in ("images", "single", "currents")}
+        growing = None if rates is None else unit.to_scene(rates, -1)
         stage = checkpoint_validation.whole(attributes, "stage", 0, LAST_EPOCH)
-        system = system_of(scene, thermal, rates, unit, stage=stage, **kept)
-        system = dataclasses.replace(
-            system,
-            rates=rates,
-            flights=bool(attributes["flights"]),
-            observers=own_observers.recalled(
-                json.loads(str(attributes["observers"])), observers, system.particles
-            ),
-        )
+        chosen = {name: bool(attributes[name]) for name in CHOSEN}
+        system = system_of(speeds_of(scene, velocities, growing, unit), growing, stage=stage, **chosen)
         system = with_thresholds(system, checkpoint_validation.reals(attributes, "thresholds", 0.0))
+        recalled = json.loads(str(attributes["observers"])), observers, system.particles
+        system = dataclasses.replace(system, observers=own_observers.recalled(*recalled))
         sweeps = _moves_of(attributes, "swaps", Sweeps, Swaps)
         if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
@@ -209,7 +201,7 @@ def load(
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
-        run_state = RunState(scene, velocities, system, requested, chosen)
+        run_state = RunState(scene, velocities, system, requested, scheme)
         mine = arrays_of(run_state.engine)
         fixed = checkpoint_validation.following(run_state.engine, mine)
         restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
@@ -222,7 +214,7 @@ def load(
             checkpoint_validation.whole(attributes, "epoch", 0, LAST_EPOCH),
             checkpoint_validation.real(attributes, "offset", 0.0),
         )
-        run_state.clock = Clock(unit, chosen.epoch, checkpoint_validation.base_of(attributes), epoch, offset)
+        run_state.clock = Clock(unit, scheme.epoch, checkpoint_validation.base_of(attributes), epoch, offset)
         run_state.seconds = checkpoint_validation.real(attributes, "seconds", 0.0)
         if run_state.oscillation and not run_state.oscillation.contains(run_state.clock.instant):
             raise ValueError("the stage of its shear is not that of its time")

@@ -156,7 +156,7 @@ def equilibrate(
         if progress is not None:
             progress(min((sim.collisions - start) / collisions, 1.0) if collisions else 1.0)
 
-    if kT is not None and sim._state.system.drive is None:
+    if kT is not None and sim.scene.drive is None:
         Equilibration(sim, kT, collisions).run(look)
     else:
         if kT is not None:
@@ -194,7 +194,7 @@ def _refuse_kT(sim: Simulation, kT: float) -> None:
     """Raise InputError where scaling velocities does not bring the mean temperature to kT."""
     if reason := drifts(sim):
         raise InputError(reason)
-    drive = sim._state.system.drive
+    drive = sim.scene.drive
     if drive is not None:
         held = None if isinstance(drive, Active) else getattr(drive, "kT", None)
         values = set(held if isinstance(held, tuple) else (held,))
@@ -211,7 +211,7 @@ def _refuse_kT(sim: Simulation, kT: float) -> None:
 def exchanges(sim: Simulation) -> bool:
     """Tell whether pairs exchange kinetic for potential energy, at a temperature that lasts."""
     system = sim._state.system
-    return system.stepped and system.straight and system.drive is None and drifts(sim) is None
+    return system.stepped and system.straight and system.scene.drive is None and drifts(sim) is None
 
 
 def drifts(sim: Simulation) -> str | None:

@@ -38,7 +38,7 @@ def check(run_state: RunState) -> None:
         "straight flight": system.straight,
         "obstacles that rest and lose no energy": not moving,
         "diameters that do not grow": system.rates is None,
-        "no drive": system.drive is None,
+        "no drive": system.scene.drive is None,
         "units that do not decide by rules": not getattr(system.interaction, "decides", False),
     }
     wrong = [name for name, right in needed.items() if not right]
@@ -86,8 +86,9 @@ def keeping(run_state: RunState) -> Iterator[None]:
     from carom.engine.observers.flights import make_flights
     from carom.models.interactions.pinned import PinnedCores
 
-    system, pair = run_state.system, run_state.engine.model.pair
-    species = None if system.species is None else system.particles.with_padding(system.species, np.int64)
+    system, pair, species = run_state.system, run_state.engine.model.pair, run_state.scene.species
+    if species is not None:
+        species = system.particles.with_padding(species, np.int64)
     inverse = pair.inverse if isinstance(pair, PinnedCores) else None
     with run_state.alone.changing():
         _exchange(run_state, make_flights(system.n, species, inverse))

@@ -154,7 +154,7 @@ def statistics(run_state: RunState) -> Statistics:
     )
     events = 2 * tally.collisions + tally.advancements + tally.transits
     exchanges_momentum = run_state.engine.model.obstacles is not None or run_state.scene.pinned is not None
-    exchanges_momentum |= run_state.engine.model.rules is not None or run_state.system.drive is not None
+    exchanges_momentum |= run_state.engine.model.rules is not None or run_state.scene.drive is not None
     exchanges_momentum |= not all(kept_by_motion(run_state.scene))
     motion, stage = run_state.scene.motion, run_state.oscillation.done if run_state.oscillation else 0
     strain = motion.strain(float(run_state.clock.instant), stage) if isinstance(motion, Shear) else 0.0
@@ -185,7 +185,7 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     Steps of pairs count as a change. NaN where crossings are not counted, rules or a drive change velocities,
     or the stream does work at a rate that oscillates.
     """
-    changed = (run_state.engine.model.rules, run_state.system.drive, run_state.oscillation)
+    changed = (run_state.engine.model.rules, run_state.scene.drive, run_state.oscillation)
     if any(each is not None for each in changed):
         return math.nan
     scene, before, after = run_state.scene, run_state.start.energy, present.energy
