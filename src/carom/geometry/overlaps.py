@@ -419,9 +419,9 @@ def intruder(
         if id(obstacle) in unknown:
             continue
         sizes = radii[who]
-        over = gap < -tolerance(room.box, 2.0 * sizes, epsilon)
-        if over.any():
-            k = int(np.argmax(np.where(over, -gap / np.maximum(2.0 * sizes, np.abs(gap)), 0.0)))
+        over = np.flatnonzero(gap < -tolerance(room.box, 2.0 * sizes, epsilon))
+        if len(over):
+            k = int(over[np.argmax(-gap[over] / np.maximum(2.0 * sizes[over], -gap[over]))])
             found.append(Overlap(int(who[k]), obstacle.name, float(gap[k] + sizes[k]), float(sizes[k])))
     return max(found, key=lambda overlap: overlap.relative, default=None)
 

@@ -125,7 +125,7 @@ def gas_and_liquid(well: float, kT: float) -> tuple[float, float] | None:
 
     ``well`` is its range [diameter], ``kT`` is in units of its depth. They follow from the critical point by
     Guggenheim's law of corresponding states, J. Chem. Phys. 13, 253 (1945), that of argon: the liquid of
-    wells is 3 to 5 % less dense.
+    wells is somewhat less dense.
     """
     critical, density = CRITICAL.get(well, (0.0, 0.0))
     if not kT < critical:
