@@ -117,7 +117,7 @@ def test_of_two_that_overlap_the_heavier_gives_way_less():
     weight, contact, clearance = np.array([1.0, 3.0, 1.0]), np.full(2, 1.0), 1.01
     places = start.copy()
     pairs = np.array([[0, 1], [1, 2]])
-    assert sweep()(places, pairs, contact, weight, edges, 1.0 / edges, clearance) == 1
+    assert sweep(places, pairs, contact, weight, edges, 1.0 / edges, clearance, np.empty(3)) == 1
     steps = places - start
     # They were 0.3 apart, across the border.
     assert steps[0, 0] - steps[1, 0] == pytest.approx(clearance - 0.3, rel=1e-12)

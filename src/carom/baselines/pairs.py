@@ -15,10 +15,10 @@ SWIFT: dict[str, Any] = {
 
 
 def compile_kept(function: Any) -> Any:
-    """Compile a function of this package, or load it from the cache of an earlier process."""
-    from carom.jit import compiled
+    """Compile a function by Numba, or load it from the cache of an earlier process."""
+    from numba import njit
 
-    return compiled(function, **SWIFT)
+    return njit(cache=True, **SWIFT)(function)
 
 
 class PairList:

@@ -6,13 +6,12 @@ The list is that of a k-d tree, in another order.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from carom.cells import Grid, SortedCells
-from carom.jit import compiled
+from carom.compiling.entry import entry
 
 ACROSS = 1.0 + 2.0**-10
 """Edge of a cell across the columns, in reaches. The reach is short, and 3 x 3 long stretches of memory take
@@ -53,9 +52,11 @@ def near_pairs(
     fraction = min(float(np.prod(np.minimum(2.0 * within / grid.box, 1.0))), 1.0)
     share = 0.6 if theirs is None else 1.2
     room = int(share * len(ours) * len(others.order) * fraction) + len(ours)
+    asked = members_of(mine), members_of(others), near, theirs is None, within * within
+    scratch = scratch_of(near, len(others.order))
     while True:
         found = np.empty((room, 2), dtype=np.int64)
-        count = _lister()(members_of(mine), members_of(others), near, theirs is None, within * within, found)
+        count = _list(*asked, found, scratch)
         if count <= room:
             return found[:count]
         room = count
@@ -89,13 +90,18 @@ def near_cells(grid: Grid, offsets: np.ndarray, windows: np.ndarray) -> Near:
     return Near(int(grid.shape[-1]), columns_around(grid, offsets), windows, period)
 
 
-def types_of_cells() -> tuple[Any, Any]:
-    """Return Numba's types of :class:`Members` and :class:`Near`."""
-    from numba import types
+class Scratch(NamedTuple):
+    """Room for what is near one component."""
 
-    places, integers, table = types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
-    members = types.NamedTuple((places, integers, integers), Members)
-    return members, types.NamedTuple((types.int64, table, integers, types.float64[::1]), Near)
+    begins: np.ndarray  # where stretches of memory begin and end
+    ends: np.ndarray
+    squares: np.ndarray  # squared distances
+
+
+def scratch_of(near: Near, count: int) -> Scratch:
+    """Return room for ``count`` squared distances, and for all stretches of memory that are near a cell."""
+    most = 3 * len(near.windows) + 1  # at most three for each column around, and the cell itself
+    return Scratch(np.empty(most, np.int64), np.empty(most, np.int64), np.empty(count))
 
 
 def crowded(cells: SortedCells) -> bool:
@@ -141,7 +147,7 @@ def put_spans(begins, ends, starts, column, level, near, alike):
     height, around, windows, period = near
     parts = 0
     turns = 1 if math.isinf(period[-1]) else 3
-    for step in range(windows.size):
+    for step in range(len(windows)):
         other = around[column, step]
         if other < 0 or (alike and other < column):
             continue
@@ -166,7 +172,7 @@ def put_squares(squares, at, ours, i, theirs, begin, size, period):
         r = abs(theirs[0, begin + j] - x)
         r = min(r, edge - r)
         squares[at + j] = r * r
-    for axis in range(1, period.size):
+    for axis in range(1, len(period)):
         x, edge = ours[axis, i], period[axis]
         for j in range(size):
             r = abs(theirs[axis, begin + j] - x)
@@ -174,29 +180,19 @@ def put_squares(squares, at, ours, i, theirs, begin, size, period):
             squares[at + j] += r * r
 
 
-@lru_cache(maxsize=1)
-def _lister() -> Any:
-    """Return the compiled :func:`_list`."""
-    from numba import types
-
-    members, near = types_of_cells()
-    found = types.int64[:, ::1]
-    return compiled(_list, types.int64(members, members, near, types.boolean, types.float64, found))
-
-
-def _list(mine, yours, near, alike, limit, found):
+@entry
+def _list(mine, yours, near, alike, limit, found, scratch):
     """Write the pairs whose squared distance is at most `limit` to `found`; return how many there are.
 
     Those without room are only counted. If both sets are the same (`alike`), a pair of cells is visited from
     the lower number.
     """
-    (ours, starts, us), (theirs, others, them) = mine, yours
-    height, around, windows, period = near
-    begins = np.empty(3 * windows.size + 1, np.int64)
-    ends = np.empty(3 * windows.size + 1, np.int64)
-    squares = np.empty(them.size)
+    ours, starts, us = mine
+    theirs, others, them = yours
+    height, around, _, period = near
+    begins, ends, squares = scratch
     count = 0
-    for column in range(around.shape[0]):
+    for column in range(len(around)):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
@@ -206,12 +202,12 @@ def _list(mine, yours, near, alike, limit, found):
                 if alike:
                     begins[parts - 1] = i + 1
                 for part in range(parts):
-                    # Unsigned: Numba tests whether a signed index is negative.
-                    begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
-                    put_squares(squares, np.uint64(0), ours, i, theirs, begin, size, period)
+                    begin, size = begins[part], ends[part] - begins[part]
+                    put_squares(squares, 0, ours, i, theirs, begin, size, period)
                     for j in range(size):
                         if squares[j] <= limit:
-                            if count < found.shape[0]:
-                                found[count, 0], found[count, 1] = us[i], them[begin + j]
+                            if count < len(found):
+                                found[count, 0] = us[i]
+                                found[count, 1] = them[begin + j]
                             count += 1
     return count

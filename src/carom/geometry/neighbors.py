@@ -6,12 +6,11 @@ Particles with too few in reach get a larger one; a k-d tree replaces cells too 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from carom.cells import Grid, SortedCells
+from carom.compiling.entry import entry
 from carom.errors import InputError
 from carom.geometry.nearby import (
     WIDE,
@@ -21,10 +20,9 @@ from carom.geometry.nearby import (
     near_pairs,
     put_spans,
     put_squares,
-    types_of_cells,
+    scratch_of,
 )  # fmt: skip
 from carom.geometry.overlaps import Geometry
-from carom.jit import compiled
 from carom.theory import ball_volume
 
 SPARE = 1.25
@@ -123,7 +121,8 @@ def _nearest_images(room: Geometry, places: np.ndarray, count: int) -> np.ndarra
             tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
             who[lacking] = _without_self(tree.query(places[lacking], k=count + 1)[1], lacking)
             break
-        _compiled()(members_of(cells), near_cells(grid, offsets, windows), reach * reach, who)
+        near, rows = near_cells(grid, offsets, windows), np.empty((2, n), np.uint32)
+        _keep(members_of(cells), near, reach * reach, who, scratch_of(near, n), np.empty((d, n)), *rows)
         reach *= FURTHER ** (1.0 / d)
     return who
 
@@ -136,25 +135,17 @@ def _without_self(found: np.ndarray, chosen: np.ndarray | None = None) -> np.nda
     return np.asarray(found[~own].reshape(len(found), -1), dtype=np.int64)
 
 
-@lru_cache(maxsize=1)
-def _compiled() -> Any:
-    """Return the compiled :func:`_keep`."""
-    from numba import types
+@entry
+def _keep(members, near, limit, who, scratch, them, rows, names):
+    """Write the nearest ones where a row of ``who`` ends with -1; ``limit`` is the square of the reach.
 
-    members, near = types_of_cells()
-    return compiled(_keep, types.void(members, near, types.float64, types.int64[:, ::1]))
-
-
-def _keep(members, nearby, limit, who):
-    """Write the nearest ones where a row of ``who`` ends with -1; ``limit`` is the square of the reach."""
-    (places, starts, order), (height, around, windows, period) = members, nearby
-    dimension, count = period.size, who.shape[1]
-    # First the components around a cell; then, for one component, squared distances and those in reach.
-    them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)
-    squares, near, names = np.empty(order.size), np.empty(order.size), np.empty(order.size, np.uint32)
-    begins = np.empty(3 * windows.size, np.int64)
-    ends = np.empty(3 * windows.size, np.int64)
-    for column in range(around.shape[0]):
+    ``them`` (d, n) and ``rows`` (n,) have room for what is around a cell, ``names`` (n,) for that in reach.
+    """
+    places, starts, order = members
+    height, around, _, period = near
+    begins, ends, squares = scratch
+    dimension, count = len(period), len(who[0])
+    for column in range(len(around)):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             lacking = False
@@ -162,10 +153,10 @@ def _keep(members, nearby, limit, who):
                 lacking = lacking or who[order[i], count - 1] < 0
             if not lacking:
                 continue
-            total = np.uint64(0)
-            parts = put_spans(begins, ends, starts, column, level, nearby, False)
+            total = 0
+            parts = put_spans(begins, ends, starts, column, level, near, False)
             for part in range(parts):
-                begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
+                begin, size = begins[part], ends[part] - begins[part]
                 for axis in range(dimension):
                     for j in range(size):
                         them[axis, total + j] = places[axis, begin + j]
@@ -176,18 +167,19 @@ def _keep(members, nearby, limit, who):
                 mine = order[i]
                 if who[mine, count - 1] >= 0:
                     continue
-                put_squares(squares, np.uint64(0), places, i, them, np.uint64(0), total, period)
-                found = np.uint64(0)
+                put_squares(squares, 0, places, i, them, 0, total, period)
+                found = 0
                 for j in range(total):
-                    # No branch, as it would often be mispredicted.
-                    near[found], names[found] = squares[j], rows[j]
-                    found += np.uint64((squares[j] <= limit) & (rows[j] != i))
+                    # No branch, as it would often be mispredicted. What is kept moves to the front.
+                    square = squares[j]
+                    squares[found], names[found] = square, rows[j]
+                    found += int((square <= limit) & (rows[j] != i))
                 if found < count:
                     continue
                 for k in range(found):
                     # The number of nearer ones is the place in the row.
-                    rank, square = np.uint64(0), near[k]
+                    rank, square = 0, squares[k]
                     for j in range(found):
-                        rank += np.uint64((near[j] < square) | ((near[j] == square) & (j < k)))
+                        rank += int((squares[j] < square) | ((squares[j] == square) & (j < k)))
                     if rank < count:
                         who[mine, rank] = order[names[k]]

@@ -7,7 +7,6 @@ without averaging, which would blur the times.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks, jit
+from carom import checks
+from carom.compiling.entry import entry
 from carom.errors import InputError
 from carom.figures import curves
 from carom.figures.palette import WARM
@@ -48,33 +48,25 @@ FEW = 8
 """Least number of origins of a time; with fewer, the scatter does not give the error."""
 
 
-@functools.cache
-def _kernel() -> Any:
-    """Return the compiled sums over particles of two frames."""
-    from numba import float64, int64, void
-
-    @functools.partial(
-        jit.compiled,
-        signature=void(
-            float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1]
-        ),
-    )
-    def correlate(r, v, later, w, chosen, sums):
-        sums[:] = 0.0
-        for k in range(len(chosen)):
-            i = chosen[k]
-            square = product = moved = 0.0
-            for a in range(r.shape[1]):
-                step = later[i, a] - r[i, a]
-                square += step * step
-                product += v[i, a] * w[i, a]
-                moved += 0.5 * (v[i, a] + w[i, a]) * step
-            sums[0] += square
-            sums[1] += square * square
-            sums[2] += product
-            sums[3] += moved
-
-    return correlate
+@entry
+def _correlate(r, v, later, w, chosen, sums):
+    """Put sums over the particles ``chosen`` in two frames: displacement squared, its square, v w, v r."""
+    square_sum = fourth = product_sum = moved_sum = 0.0
+    for i in chosen:
+        square = product = moved = 0.0
+        for a in range(len(r[0])):
+            step = later[i, a] - r[i, a]
+            square += step * step
+            product += v[i, a] * w[i, a]
+            moved += 0.5 * (v[i, a] + w[i, a]) * step
+        square_sum += square
+        fourth += square * square
+        product_sum += product
+        moved_sum += moved
+    sums[0] = square_sum
+    sums[1] = fourth
+    sums[2] = product_sum
+    sums[3] = moved_sum
 
 
 @corrected()
@@ -335,10 +327,10 @@ class _Level:
         waves: Waves | None,
     ) -> None:
         """Correlate a frame with the kept ones, and keep it."""
-        correlate, sums = _kernel(), np.zeros(4)
+        sums = np.zeros(4)
         for lag in range(KEPT // 2 if level else 1, min(KEPT, self.count + 1)):
             k = (self.count - lag) % KEPT
-            correlate(self.positions[k], self.velocities[k], r, v, chosen, sums)
+            _correlate(self.positions[k], self.velocities[k], r, v, chosen, sums)
             self.values.setdefault(lag, []).append(sums / len(chosen))
             scattered = self.scattered.setdefault(lag, [])
             if rho is not None and waves is not None:

@@ -305,7 +305,7 @@ class RDF(_Histograms):
     by default the bins end at half of the shortest edge of the smallest box.
 
     Compiled code counts the pairs over sorted cells (``analysis.pair_counts``), in double precision,
-    in as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs
+    in as many threads as the process may use cores; their number does not change the result. Pairs
     in contact, and those that overlap by no more than the rounding of positions stored in single precision
     (1.2e-7 box edges), belong to the first bin.
 

@@ -5,17 +5,14 @@ Spheres are equal or not, in a periodic box or between walls and obstacles.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any
-
 import numpy as np
 
 from carom.arithmetic import power
+from carom.compiling.entry import entry
 from carom.densities import CLOSEST_PACKING, sphere_volume
 from carom.errors import InputError
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import MANY, Geometry
-from carom.jit import compiled
 
 #: Packing fraction of random close packing in d dimensions, to two digits: O'Hern et al. (2003) for d = 2 and
 #: 3, Skoge, Donev, Stillinger and Torquato (2006) for d = 4 to 6.
@@ -252,7 +249,6 @@ def _swept(
 
     Each pair is moved at once, so that later pairs see the new positions. This takes fewer steps.
     """
-    push = sweep()
     far = (0.5 * WIDE_SKIN * contacts.sizes) ** 2
     obstructed = bool(room.everything())
     edges = np.where(room.periodic, room.box, 0.0)
@@ -267,7 +263,8 @@ def _swept(
         outside = _moved_out(positions, room, radii, clearance) if obstructed else None
         if outside is not None:
             positions = outside
-        if not push(positions, pairs, contact, weight, edges, inverse, clearance) and outside is None:
+        what = positions, pairs, contact, weight, edges, inverse, clearance, np.empty(len(edges))
+        if not sweep(*what) and outside is None:
             return room.wrapped(positions)
     return None
 
@@ -300,29 +297,17 @@ def _moved_out(
     return result
 
 
-@lru_cache(maxsize=1)
-def sweep() -> Any:
-    """Return the compiled :func:`_sweep`."""
-    from numba import types
-
-    numbers = types.float64[::1]
-    rows = types.float64[:, ::1]
-    return compiled(
-        _sweep, types.int64(rows, types.int64[:, ::1], numbers, numbers, numbers, numbers, types.float64)
-    )
-
-
-def _sweep(positions, pairs, contact, weight, edges, inverse, clearance):
+@entry
+def sweep(positions, pairs, contact, weight, edges, inverse, clearance, separation):
     """Move apart each of ``pairs`` (m, 2) that overlaps, one by one, in place; return how many did.
 
     The component with less ``weight`` moves more, to ``clearance`` contact distances. ``inverse`` is 0 along
-    axes with walls.
+    axes with walls; ``separation`` (d,) is room.
     """
-    dimension = edges.size
-    separation = np.empty(dimension)
+    dimension = len(edges)
     overlaps = 0
-    for k in range(pairs.shape[0]):
-        i, j = np.uint64(pairs[k, 0]), np.uint64(pairs[k, 1])
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
         square = 0.0
         for axis in range(dimension):
             x = positions[j, axis] - positions[i, axis]

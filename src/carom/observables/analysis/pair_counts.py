@@ -10,17 +10,16 @@ import math
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from carom.cells import Grid, SortedCells
+from carom.compiling.entry import entry
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.geometry.nearby import members_of, near_cells, put_spans, put_squares, types_of_cells
+from carom.geometry.nearby import members_of, near_cells, put_spans, put_squares, scratch_of
 from carom.geometry.overlaps import geometry_of_frame
-from carom.jit import compiled
 
 WORTH_THREADS = 2_000_000
 """Number of pairs in reach below which a second thread gains nothing; they take some 15 ms."""
@@ -127,12 +126,11 @@ def distance_counts(
     length = 2 * bins + 64
     offsets, windows = grid.surroundings(float(limits[-1]))
     near = near_cells(grid, offsets, windows)
-    bounds = Bins(limits, low, scale, doubt)
-    count = _compiled()
+    asked = members_of(ours), members_of(others), near, theirs is None, Bins(limits, low, scale, doubt)
 
     def portion(first: int, last: int) -> np.ndarray:
-        counts = np.zeros(length, dtype=np.int64)
-        count(members_of(ours), members_of(others), near, theirs is None, bounds, (first, last), counts)
+        counts, room = np.zeros(length, dtype=np.int64), len(others.order)
+        _count(*asked, first, last, counts, scratch_of(near, room), np.empty(room, np.uint32))
         return counts
 
     columns = grid.columns
@@ -154,39 +152,22 @@ def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: f
     pairs = 0.5 * len(ours.order) * len(others.order) * min(float(np.prod(2.0 * reach / box)), 1.0)
     if pairs < WORTH_THREADS:
         return 1
-    from numba import config
-
-    return max(min(int(getattr(config, "NUMBA_NUM_THREADS", 1)), os.cpu_count() or 1), 1)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@lru_cache(maxsize=1)
-def _compiled() -> Any:
-    """Return the compiled :func:`_count`, if possible from the cache of an earlier process."""
-    from numba import types
+@entry
+def _count(mine, yours, near, alike, bounds, first, last, counts, scratch, slots):
+    """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
 
-    members, near = types_of_cells()
-    bins = types.NamedTuple((types.float64[::1], *3 * (types.float64,)), Bins)
-    portion = types.UniTuple(types.int64, 2)
-    kinds = (members, members, near, types.boolean, bins, portion, types.int64[::1])
-    return compiled(_count, types.void(*kinds))
-
-
-def _count(mine, yours, near, alike, bounds, columns, counts):
-    """Add the pairs of the ``columns`` from the first to the last to ``counts``; place 0 is below all bins.
-
-    If both hold the same particles, a pair of cells is
-    visited from the lower number. Indices are unsigned: a sign test would prevent vectorization.
+    If both hold the same particles, a pair of cells is visited from the lower number.
     """
-    (ours, starts, _), (theirs, others, _) = mine, yours
-    height, _, windows, period = near
+    ours, starts, _ = mine
+    theirs, others, _ = yours
+    height, _, _, period = near
+    begins, ends, squares = scratch
     edges, low, scale, doubt = bounds
-    # Stretches of memory near a cell: at most three for each column around, and the cell itself.
-    begins = np.empty(3 * windows.size + 1, np.int64)
-    ends = np.empty(3 * windows.size + 1, np.int64)
-    squares = np.empty(theirs.shape[1])
-    slots = np.empty(theirs.shape[1], np.uint32)
-    origin, bins, top = edges[0], edges.size - 1, float(counts.size - 2)
-    for column in range(columns[0], columns[1]):
+    origin, bins, top = edges[0], len(edges) - 1, float(len(counts) - 2)
+    for column in range(first, last):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
@@ -195,28 +176,30 @@ def _count(mine, yours, near, alike, bounds, columns, counts):
             for i in range(start, end):
                 if alike:
                     begins[parts - 1] = i + 1
-                found = np.uint64(0)
+                found = 0
                 for part in range(parts):
-                    begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
-                    put_squares(squares, found, ours, np.uint64(i), theirs, begin, size, period)
+                    begin, size = begins[part], ends[part] - begins[part]
+                    put_squares(squares, found, ours, i, theirs, begin, size, period)
                     found += size
-                doubtful = np.uint64(0)
+                doubtful = False
                 for j in range(found):
                     place = (math.sqrt(squares[j]) - origin) * scale
-                    whole = math.floor(place)
-                    part = place - whole
-                    doubtful |= np.uint64((part < doubt) | (part > 1.0 - doubt) | (place < 0.0))
-                    slots[j] = np.uint32(max(min(whole, top), -1.0) + 1.0)
+                    whole = np.floor(place)
+                    part_of_bin = place - whole
+                    doubtful |= (part_of_bin < doubt) | (part_of_bin > 1.0 - doubt) | (place < 0.0)
+                    # The last bits of a float above 2^52 are a whole number.
+                    slot_bits = np.float64(max(min(whole, top), -1.0) + (1.0 + 2.0**52)).view(np.int64)
+                    slots[j] = slot_bits & 0xFFFFFFFF
                 if doubtful:
                     # A distance is an edge up to rounding, so all are compared with the edges themselves.
                     for j in range(found):
-                        r, slot = math.sqrt(squares[j]), np.int64(slots[j]) - 1
+                        r, slot = math.sqrt(squares[j]), int(slots[j]) - 1
                         while 0 <= slot <= bins and r < edges[slot]:
                             slot -= 1
                         while slot < bins and r >= edges[slot + 1]:
                             slot += 1
                         if slot < 0 and r >= low:
-                            slot = np.int64(0)
-                        slots[j] = np.uint32(slot + 1)
+                            slot = 0
+                        slots[j] = slot + 1
                 for j in range(found):
-                    counts[np.uint64(slots[j])] += 1
+                    counts[slots[j]] += 1

@@ -12,16 +12,15 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from carom import checks, seeds
+from carom.compiling.entry import entry
 from carom.declared import SEED, Declared, described, integer, needed, number, option, positive
 from carom.errors import InputError
 from carom.geometry.overlaps import Geometry
-from carom.jit import compiled
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
 from carom.suggestions import corrected
@@ -177,7 +176,7 @@ def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     radii = 0.5 * frame.diameters
     for _ in range(swaps.attempts):
         drawn = rng.integers(frame.n, size=(frame.n, 2))
-        _kernel()(radii, order, near, drawn, 0.5 * within, counts)
+        _exchange(radii, order, near, drawn, 0.5 * within, counts)
     return order, int(counts[0]), int(counts[1])
 
 
@@ -190,18 +189,7 @@ class Near(NamedTuple):
     widest: np.ndarray  # (n,), the largest radius that walls and obstacles leave [length]
 
 
-@lru_cache(maxsize=1)
-def _kernel() -> Any:
-    """Return the compiled :func:`_exchange`."""
-    from numba import types
-
-    integers, reals = types.int64[::1], types.float64[::1]
-    near = types.NamedTuple((integers, integers, reals, reals), Near)
-    return compiled(
-        _exchange, types.void(reals, integers, near, types.int64[:, ::1], types.float64, integers)
-    )
-
-
+@entry
 def _exchange(radii, order, near, drawn, within, counts):
     """Exchange the radii, and the order, of those pairs drawn that then overlap nobody."""
     starts, others, squares, widest = near
