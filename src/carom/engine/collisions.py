@@ -1,4 +1,4 @@
-"""What an event does: advance, jump, settle, for both halves of a collision; and the next epoch."""
+"""What a collision does to both: advance, jump (with restitution), and the impulse and virial added up."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from carom.models.mathematics.contact import LONGER
 
 
 def collide(model, state, neighbors, tally, i, ref, now):
-    """Process both halves of a collision: advance, jump, settle."""
+    """Process both halves of a collision: advance, jump, and what is added up."""
     rows = state.rows
     j = model.boundary.index(ref)
     advance(model, state, neighbors, i, now)
