@@ -6,9 +6,7 @@ import numpy as np
 
 from carom.engine.advance import advance
 from carom.engine.constants import LAMBDA
-from carom.engine.observers.interface import (
-    PairEvent,
-)
+from carom.engine.observers.interface import PairEvent
 from carom.engine.rules import on_crossing
 from carom.engine.tangential_impulse import rub
 from carom.models.interfaces.particles import NEVER
