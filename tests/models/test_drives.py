@@ -305,7 +305,7 @@ def test_a_wrong_drive_is_told_from_a_right_one():
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 numbers, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), observers=[HelfandCurrents()]), "or drive"),
         (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
-        (lambda: carom.Simulation(caps().replace(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
+        (lambda: carom.Simulation(caps().replace(drive=Andersen(1.0, 1.0))), "is curved: a kick could"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0), n=6000), cores=2), "its drive"),
         (lambda: carom.Simulation(disks(AtOnce())), "AtOnce does not keep.*do not all come at one time"),
         (lambda: carom.Simulation(disks(AtOnce(finite=False))), "kick leaves a velocity that is finite"),

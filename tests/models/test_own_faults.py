@@ -302,6 +302,10 @@ ANSWERS = "NoReach is an interaction, as its model answers interaction_time, and
             "met in straight flight only, and Flying bends",
         ),
         (
+            lambda: carom.Simulation(OPEN.replace(motion=type("Bent", (Curved,), {"straight": True})(True))),
+            "Bent has curved = True: give it straight = False, too",
+        ),
+        (
             lambda: carom.Simulation(
                 SCENE.replace(motion=Flying(straight=False)), tuning=carom.Tuning(neighbors="lists")
             ),

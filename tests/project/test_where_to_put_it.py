@@ -45,8 +45,8 @@ LISTS = re.findall(r"^### (.+)$", PAGE, re.MULTILINE)
 
 def test_there_is_a_list_for_each_kind_of_addition():
     assert LISTS == [
-        "A pair interaction", "A drive", "An observable", "A key of the scene file", "A study",
-        "A foreign format", "An option of a command",
+        "A pair interaction", "A motion", "A neighbor scheme", "A drive", "An observable",
+        "A key of the scene file", "A study", "A foreign format", "An option of a command",
     ]  # fmt: skip
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from carom.compiling.lanes import make_lanes
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.constants import POWERS, TALLY
-from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.all_pairs import AlongCurves, Everybody, Pairs
 from carom.engine.neighbors.build import build_neighbors
 from carom.engine.neighbors.lists import NeighborLists
@@ -25,6 +24,7 @@ from carom.engine.one_body import make_timers, wall_timing
 from carom.engine.search import FarSteps, FromCache, FromNow, FromRows, Timing
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
+from carom.engine.tilted_lattice import in_lattice
 from carom.models.interactions.units import Units
 from carom.models.interfaces.memory import copied, copy_state
 from carom.models.mathematics.contact import MOST_DIAMETERS

@@ -1,4 +1,4 @@
-"""The event calendar: append-only buckets, and a small heap for the present one.
+"""The event calendar, a calendar queue: append-only buckets, and a small heap for the present one.
 
 As in Paul, J. Comput. Phys. 221 (2007) 615. An entry names a component, due at its new event or its sector
 crossing, whichever is first. It is stale if that time is no longer in its bucket, and is then dropped when

@@ -1,4 +1,4 @@
-"""What an event does: advance, jump, settle, for both halves of a collision; and the next epoch."""
+"""What a collision does to both: advance, jump (with restitution), and the impulse and virial added up."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import numpy as np
 
 from carom.engine.advance import advance
 from carom.engine.constants import LAMBDA
-from carom.engine.observers.interface import (
-    PairEvent,
-)
+from carom.engine.observers.interface import PairEvent
 from carom.engine.rules import on_crossing
 from carom.engine.tangential_impulse import rub
 from carom.models.interfaces.particles import NEVER
@@ -16,7 +14,7 @@ from carom.models.mathematics.contact import LONGER
 
 
 def collide(model, state, neighbors, tally, i, ref, now):
-    """Process both halves of a collision: advance, jump, settle."""
+    """Process both halves of a collision: advance, jump, and what is added up."""
     rows = state.rows
     j = model.boundary.index(ref)
     advance(model, state, neighbors, i, now)

@@ -1,4 +1,4 @@
-"""What an event may be instead of a collision, why the cycle returns, and what events are summed up in."""
+"""What an event may be instead of a collision, why the cycle returns, and the tally that sums events up."""
 
 from __future__ import annotations
 

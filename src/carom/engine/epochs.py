@@ -6,8 +6,8 @@ from carom.compiling.entry import entry
 from carom.compiling.registry import cold
 from carom.engine.advance import advance
 from carom.engine.events import retime
-from carom.engine.lattice import remap
 from carom.engine.obstacles import age_obstacles
+from carom.engine.tilted_lattice import remap
 
 
 def into_next_epoch(model, state, neighbors, i, length):

@@ -13,9 +13,7 @@ import numpy as np
 
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
-from carom.engine.observers.interface import (
-    ObstacleEvent,
-)
+from carom.engine.observers.interface import ObstacleEvent
 from carom.engine.obstacles import gained, reflect_component, soonest
 from carom.engine.rules import rule_event, run_rule
 from carom.engine.search import FromRows, start_before

@@ -29,7 +29,7 @@ class State(NamedTuple):
     partner: np.ndarray
     """Partner of the new event, (n,) int32: a ref, or LAMBDA for an advancement or no event."""
     crossing_time: np.ndarray
-    """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
+    """Time of each one's transit: it leaves its sector (or the sphere of its list), (n,) float64."""
     images: np.ndarray | None
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
     clock: Any

@@ -119,8 +119,8 @@ def refuse_drive(system: System, scene: Scene) -> None:
         raise InputError(f"{name} kicks units whose velocities their rules decide; leave out one of them.")
     if system.curved:
         raise InputError(
-            f"{name} kicks along every axis, and {type(scene.motion).__name__} keeps components on a surface "
-            "that they would leave; leave out one of them."
+            f"{name} kicks along every axis, and {type(scene.motion).__name__} is curved: a kick could "
+            "lead off the paths that it knows; leave out one of them."
         )
 
 

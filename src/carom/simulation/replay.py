@@ -24,13 +24,13 @@ from carom.engine.build import make_model
 from carom.engine.collisions import collide
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
 from carom.engine.epochs import new_epoch
-from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.interface import NeighborScheme
 from carom.engine.observers.event_log import make_log
 from carom.engine.observers.interface import chained
 from carom.engine.obstacles import numbers_of
 from carom.engine.one_body import run_one_body
 from carom.engine.state import make_state
+from carom.engine.tilted_lattice import in_lattice
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial

@@ -48,7 +48,7 @@ def frame_of(
     collisions so far, ``diameters`` (n,) at present.
     """
     from carom.engine.advance import project
-    from carom.engine.lattice import tilt_of
+    from carom.engine.tilted_lattice import tilt_of
 
     positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
     images = None if state.images is None else state.images.copy()

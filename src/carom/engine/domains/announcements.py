@@ -1,4 +1,4 @@
-"""What a process announces: when its next event is, and which events will be in the zones of its borders."""
+"""Lookahead: a process announces when its next event is, and which ones will be in the zones of borders."""
 
 from __future__ import annotations
 

@@ -239,7 +239,7 @@ def pack_all(everybody, motion, state):
             pack_one(everybody, motion, state, i)
 
 
-def approach(everybody, model, state, i, j, now, at_plane):
+def approach_time(everybody, model, state, i, j, now, at_plane):
     """Return a time one diameter of flight before i and j are closest, near that of the plane of j."""
     rows = state.rows
     me = rows[i]
@@ -292,12 +292,12 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
             near &= abs(coordinate - np.rint(coordinate)) <= everybody.width
         if not near:
             continue
-        start_index = approach(everybody, model, state, i, j, now, now + at_plane)
-        rr, rv, vv = relative(model, state, i, j, start_index)
-        event_time = start_index + model.pair.interaction_time(i, j, rr, rv, vv, start_index)
+        start_time = approach_time(everybody, model, state, i, j, now, now + at_plane)
+        rr, rv, vv = relative(model, state, i, j, start_time)
+        event_time = start_time + model.pair.interaction_time(i, j, rr, rv, vv, start_time)
         repeats = j == avoided and event_time <= now
         if event_time <= everybody.span and not repeats:
-            return start_index, event_time
+            return start_time, event_time
     return now, NEVER
 
 

@@ -122,6 +122,8 @@ def refuse_motion_that_is_none(system: System) -> None:
     """Raise InputError where a motion is curved and cannot say when two meet, or does not say that it is."""
     model, name = system.motion.model(system.particles), type(system.motion).__name__
     if system.curved:
+        if system.straight:
+            raise InputError(f"{name} has curved = True: give it straight = False, too.")
         for question in ("carry", "meeting_time"):
             if not model_checks.answers(question, model):
                 raise InputError(

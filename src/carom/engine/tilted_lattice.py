@@ -1,6 +1,6 @@
-"""Where components are, alone and relative to each other: in the box, or in a lattice that tilts.
+"""The lattice of images that tilts under shear, at the start of a run and at the ends of epochs.
 
-Only these functions know that under shear (``carom.models.motions.shear``) coordinates depend on each other.
+Where components are at a time, and relative to each other, the motion says (``models.motions.shear``).
 """
 
 from __future__ import annotations
