@@ -155,7 +155,8 @@ class System:
         """The components, for values that make models."""
         scene, equal = self.scene, self.radii is None
         radii = np.broadcast_to(0.5 * self.diameter, scene.n) if self.radii is None else self.radii
-        return Particles(scene.box, radii, scene.masses, scene.species, self.rates, equal, self.unit)
+        masses = np.broadcast_to(scene.mass, scene.n) if equal else scene.masses
+        return Particles(scene.box, radii, masses, scene.species, self.rates, equal, self.unit)
 
     @cached_property
     def pair(self) -> Any:
