@@ -31,6 +31,9 @@ PART = 9.0
 OTHERS = ("task", "sim")
 """Fields that are not kept as the others are: the name of the file says which task it is."""
 
+MODELS = ("obstacles", "interaction", "motion", "impact", "drive")
+"""Parts of a scene that may be of a class of one's own."""
+
 
 class Stopped(Exception):
     """A job ended because it was told to stop."""
@@ -154,9 +157,21 @@ class Job:
         try:
             notes = json.loads(attributes["extra"])
             notes |= {name[6:]: array for name, array in arrays.items() if name.startswith("extra.")}
-            return cls(task, Simulation.load(path) if "scene" in attributes else None, **notes)
+            return cls(task, cls._simulation(task, path) if "scene" in attributes else None, **notes)
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is not the checkpoint of {cls.what}: {error}.") from None
+
+    @classmethod
+    def _simulation(cls, task: dict[str, Any], path: Path) -> Simulation:
+        """Return the simulation of a file, with models of one's own, which no file holds, from the start."""
+        try:
+            return Simulation.load(path)
+        except FileError:
+            if not task:
+                raise
+        begun = cls.begin(task).sim
+        models = {name: getattr(begun.scene, name) for name in MODELS}
+        return Simulation.load(path, observers=begun.observers, **models)
 
     @classmethod
     def measure(cls, task: dict[str, Any], look: Look | None = None) -> dict[str, Any]:
