@@ -15,6 +15,7 @@ import carom
 from carom import io
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.result_folders import LOCK
+from carom.studies.runs.driver import Run
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,24 @@ def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
     done = command("resume", out)
     assert done.returncode == 0, done.stderr
     assert_same_run(whole, out)
+
+
+class Killed(BaseException):
+    """The process was killed."""
+
+
+def test_killed_while_it_makes_a_trajectory_starts_again(reference, tmp_path, monkeypatch):
+    def half(path, *_):
+        path.write_bytes(b"half")
+        raise Killed
+
+    scene, whole = reference
+    monkeypatch.setattr(io, "open", half)
+    with pytest.raises(Killed):
+        carom.run(SceneFile.load(scene), tmp_path / "run")
+    monkeypatch.undo()
+    carom.resume(tmp_path / "run")
+    assert_same_run(whole, tmp_path / "run")
 
 
 @pytest.fixture
@@ -118,6 +137,26 @@ def test_resume_of_a_finished_run_says_so(reference):
 def test_two_processes_do_not_run_in_one_folder(reference, stopped):
     with filelock.FileLock(stopped / LOCK):
         assert "Another process" in refused("resume", stopped)
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_what_another_process_did_meanwhile_stays(reference, tmp_path, monkeypatch, goes_on):
+    """Two began at the same time, and one has ended when the other has prepared its run."""
+    scene, out = SceneFile.load(reference[0]), tmp_path / "run"
+    if goes_on:
+        full_run.stopped(scene, out, after=0.4)
+    go = (lambda: carom.resume(out)) if goes_on else lambda: carom.run(scene, out, overwrite=True)
+    ready = Run._report
+
+    def other(*arguments):
+        monkeypatch.undo()
+        go()
+        ready(*arguments)
+
+    monkeypatch.setattr(Run, "_report", other)
+    with pytest.raises(carom.FileError, match="Another process was running"):
+        go()
+    assert_same_run(reference[1], out)
 
 
 def test_resume_of_no_run_is_refused(tmp_path):

@@ -52,6 +52,16 @@ class ResultFolder:
         self.path = path
         self.summary = path / SUMMARY  # the result, written last
         self.checkpoint = path / KINDS[self.kind].marks[0]  # the state to continue from
+        self._seen = self._present()
+
+    def _present(self) -> list[tuple[str, int, int]]:
+        """Return which state and summary are there, by which one sees that another process wrote them."""
+        found = []
+        for path in (self.checkpoint, self.summary):
+            with contextlib.suppress(OSError, ValueError):  # none, or no name: others say so
+                status = path.stat()
+                found.append((path.name, status.st_ino, status.st_mtime_ns))
+        return found
 
     def _files(self) -> list[Path]:
         return [self.path / name for name in self.files]
@@ -121,6 +131,11 @@ class ResultFolder:
                     ) from None
                 except NotImplementedError:  # some network drives have no locks
                     pass
+                if self._present() != self._seen:
+                    raise FileError(
+                        f"Another process was running in {self.path} meanwhile; type the command again, or "
+                        "choose another folder."
+                    )
                 sweep(self.path, {*self.files, *more}.__contains__)
             yield
         finally:
