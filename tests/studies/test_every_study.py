@@ -403,6 +403,19 @@ def test_other_settings_another_version_and_a_folder_in_use_are_refused(whole, t
     assert content(out) == before
 
 
+def test_no_process_enters_while_another_writes_its_files(whole, tmp_path, monkeypatch):
+    out, other = whole.copied(tmp_path), []
+
+    def save(study, _):
+        with pytest.raises(FileError, match="Another process"):
+            study.run(executor="serial", out=out)
+        other.append("refused")
+
+    monkeypatch.setattr(type(whole.study), "save", save)
+    assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
+    assert other
+
+
 def test_a_folder_of_other_results_and_a_file_are_refused(whole, tmp_path):
     with pytest.raises(FileError, match="holds no study"):
         type(whole.study).load(tmp_path)

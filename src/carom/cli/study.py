@@ -78,12 +78,14 @@ def carry_out(
     as_json: bool,
 ) -> None:
     """Run a study in a folder, print and write its results, and exit with its code."""
+    from carom.studies.folder import Folder
     from carom.studies.signals import Interrupted
 
     def tell(known: Study[Any]) -> None:
         # Results are printed before files are written, because a full disk may refuse the files.
         show(known, as_json)
-        write(known, out, report=report, pictures=pictures)
+        with Folder(out).owned(*known.files()):
+            write(known, out, report=report, pictures=pictures)
 
     described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
