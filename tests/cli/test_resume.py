@@ -1,5 +1,6 @@
 """A run that was stopped goes on, and ends with the bits of one that was not."""
 
+import errno
 import os
 import random
 import shutil
@@ -16,6 +17,7 @@ from carom import io
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.result_folders import LOCK
 from carom.studies.runs.driver import Run
+from carom.studies.runs.folder import RunFolder
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +139,17 @@ def test_resume_of_a_finished_run_says_so(reference):
 def test_two_processes_do_not_run_in_one_folder(reference, stopped):
     with filelock.FileLock(stopped / LOCK):
         assert "Another process" in refused("resume", stopped)
+
+
+@pytest.mark.needs("Unix")
+@pytest.mark.parametrize("name", ["ENOSYS", "ENOLCK"])
+def test_a_drive_without_locks_keeps_no_mark_that_a_kill_would_leave(tmp_path, monkeypatch, name):
+    def flock(*_):
+        raise OSError(getattr(errno, name), name)
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    with RunFolder(tmp_path).owned():
+        assert (tmp_path / LOCK).read_bytes() == b""
 
 
 @pytest.mark.parametrize("goes_on", [False, True])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import re
@@ -120,7 +121,8 @@ class ResultFolder:
         Its files are those of the kind and ``more``; the lock ends with the process.
         """
         self.make()
-        lock = filelock.FileLock(self.path / LOCK, blocking=False, thread_local=False)
+        # A mark in a file, instead of a lock, would stay after a kill.
+        lock = filelock.FileLock(self.path / LOCK, blocking=False, thread_local=False, fallback_to_soft=False)
         try:
             with writing(self.path):
                 try:
@@ -129,8 +131,9 @@ class ResultFolder:
                     raise FileError(
                         f"Another process is running in {self.path}; wait for it or choose another folder."
                     ) from None
-                except NotImplementedError:  # some network drives have no locks
-                    pass
+                except OSError as error:
+                    if error.errno not in (errno.ENOSYS, errno.ENOLCK):  # some network drives have no locks
+                        raise
                 if self._present() != self._seen:
                     raise FileError(
                         f"Another process was running in {self.path} meanwhile; type the command again, or "
