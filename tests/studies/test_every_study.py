@@ -384,6 +384,18 @@ def test_a_table_that_cannot_be_written_is_shown_all_the_same(whole, tmp_path):
     assert f"{whole.study.name}.csv" in done.stderr
 
 
+def test_what_a_kill_left_beside_a_result_is_removed(whole, tmp_path):
+    """Between its writing and the end of its state; and what it left of one, which is none."""
+    out, task = whole.copied(tmp_path), whole.study.tasks[0]
+    folder = Folder(out)
+    folder.kept(task).write_bytes(b"a state")
+    folder.result(task).with_name(".0123456789abcdef0123.77.tmp.json").write_bytes(b"half")
+    assert folder.done() == len(whole.study.records)
+    assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
+    assert {path.suffix for path in (out / "tasks").iterdir()} == {".json"}
+    assert len([*(out / "tasks").iterdir()]) == folder.done()
+
+
 # What is refused, and changes nothing.
 
 
