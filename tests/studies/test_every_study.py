@@ -367,6 +367,8 @@ def test_a_full_disk_loses_nothing_that_is_in_memory(whole, tmp_path, monkeypatc
         known = type(study)(study.spec).run(executor="serial", out=tmp_path)
     assert results(known) == results(study)
     assert not [*(tmp_path / "tasks").glob("*")]
+    done = whole.again(tmp_path, "--no-pictures")
+    assert (done.exit_code, "could not be kept" in done.stderr) == (3, True)
     # Room again when all have failed, as after an old file was deleted.
     again = type(study)(study.spec).run(
         executor="serial", out=tmp_path, progress=lambda done, _: done == 1.0 and room.append(1)
