@@ -1,11 +1,12 @@
 """Jobs: a task that is killed at any moment goes on inside, and its record has the same bits."""
 
 import random
+from dataclasses import dataclass, field
 
 import pytest
 
 import carom
-from carom.errors import FileError
+from carom.errors import FileError, InputError
 from carom.models import own
 from carom.studies import Codes, EquationOfState, Packings, ShearFlow, StudySpec, Transport, job as jobs
 from carom.studies.job import Job, Look, Stopped
@@ -126,6 +127,19 @@ def test_a_job_with_a_model_of_ones_own_goes_on_inside(tmp_path):
     look = Look(lambda: seen.append(1), kept)
     assert Counted.measure({"seed": 1}, look) == {"counted": 100}
     assert len(seen) == 5, "it began anew"
+
+
+@dataclass
+class Keyed(Job):
+    """A job that counts by numbers, which a file would give back as texts."""
+
+    counts: dict = field(default_factory=lambda: {"by size": {1: 0}})
+
+
+def test_a_state_that_would_come_back_as_another_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"Keyed\.counts\.by size has the key 1, .* give a text"):
+        Keyed({}).save(tmp_path / "state.h5")
+    assert not [*tmp_path.iterdir()]
 
 
 def how(method):

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from carom.errors import FileError
+from carom.errors import FileError, InputError
 from carom.io import checkpoint as file
 from carom.simulation.files import checkpoint
 from carom.simulation.simulation import Simulation
@@ -132,8 +132,11 @@ class Job:
         ------
         FileError
             If the file cannot be written.
+        InputError
+            If a dictionary has keys that no file gives back.
         """
         notes = self.notes()
+        _check_keys(notes, type(self).__name__)
         arrays = {name: notes.pop(name) for name, value in [*notes.items()] if isinstance(value, np.ndarray)}
         if self.sim is not None:
             checkpoint.save(path, self.sim._state, notes, arrays)
@@ -194,3 +197,11 @@ class Job:
         look()
         while self.step(look):
             look()
+
+
+def _check_keys(value: Any, name: str) -> None:
+    """Refuse dictionaries with keys that come back as texts, and would be others after a stop."""
+    for key in value if isinstance(value, dict) else ():
+        if not isinstance(key, str):
+            raise InputError(f"{name} has the key {key!r}, and keys in a file are texts; give a text.")
+        _check_keys(value[key], f"{name}.{key}")
