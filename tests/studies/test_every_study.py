@@ -420,12 +420,12 @@ def test_other_settings_another_version_and_a_folder_in_use_are_refused(whole, t
 def test_no_process_enters_while_another_writes_its_files(whole, tmp_path, monkeypatch):
     out, other = whole.copied(tmp_path), []
 
-    def save(study, _):
+    def write(study, out, **_):
         with pytest.raises(FileError, match="Another process"):
             study.run(executor="serial", out=out)
         other.append("refused")
 
-    monkeypatch.setattr(type(whole.study), "save", save)
+    monkeypatch.setattr("carom.cli.study.write", write)
     assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
     assert other
 
