@@ -98,20 +98,21 @@ def writing(path: Path, kinds: tuple[type[Exception], ...] = (OSError, RuntimeEr
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let a Ctrl-C wait until the body is done, so that it cuts no frame in two."""
-    handler = signal.getsignal(signal.SIGINT)
+    """Let Ctrl-C and SIGTERM wait until the body is done, so that they cut no frame in two."""
     # Only the main thread receives signals, and only a handler that Python installed can be restored.
-    if threading.current_thread() is not threading.main_thread() or handler is None:
-        yield
-        return
+    main = threading.current_thread() is threading.main_thread()
+    known = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM) if main}
+    handlers = {number: handler for number, handler in known.items() if callable(handler)}
     received: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda *arguments: received.append(arguments))
+    for number in handlers:
+        signal.signal(number, lambda *arguments: received.append(arguments))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
-        if received and callable(handler):
-            handler(*received[0])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for first, frame in received[:1]:
+            handlers[signal.Signals(first)](first, frame)
 
 
 def write_text(path: Path, text: str) -> None:

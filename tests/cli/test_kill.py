@@ -226,6 +226,15 @@ def test_a_run_that_ignores_ctrl_c_stops_by_sigterm(tmp_path, reference):
     assert errors.count("Stopped") == 1
 
 
+@pytest.mark.parametrize("when", ["reserve", "write"])
+def test_sigterm_before_a_study_begins_and_after_its_end_is_as_ctrl_c(tmp_path, when):
+    killed = "lambda *_, **__: os.kill(os.getpid(), signal.SIGTERM)"
+    program = f"import os, signal; from carom.cli import main, study; study.{when} = {killed}; main()"
+    words = [sys.executable, "-c", program, "code", "4", "--tries", "1", "--engine", "serial"]
+    done = subprocess.run([*words, "--out", tmp_path / "out"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (130, "Stopped.")
+
+
 @contextlib.contextmanager
 def signal_ignored(number):
     before = signal.signal(number, signal.SIG_IGN)

@@ -1,5 +1,6 @@
 """A run that was stopped goes on, and ends with the bits of one that was not."""
 
+import errno
 import os
 import random
 import shutil
@@ -15,6 +16,8 @@ import carom
 from carom import io
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.result_folders import LOCK
+from carom.studies.runs.driver import Run
+from carom.studies.runs.folder import RunFolder
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,24 @@ def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
     done = command("resume", out)
     assert done.returncode == 0, done.stderr
     assert_same_run(whole, out)
+
+
+class Killed(BaseException):
+    """The process was killed."""
+
+
+def test_killed_while_it_makes_a_trajectory_starts_again(reference, tmp_path, monkeypatch):
+    def half(path, *_):
+        path.write_bytes(b"half")
+        raise Killed
+
+    scene, whole = reference
+    monkeypatch.setattr(io, "open", half)
+    with pytest.raises(Killed):
+        carom.run(SceneFile.load(scene), tmp_path / "run")
+    monkeypatch.undo()
+    carom.resume(tmp_path / "run")
+    assert_same_run(whole, tmp_path / "run")
 
 
 @pytest.fixture
@@ -118,6 +139,37 @@ def test_resume_of_a_finished_run_says_so(reference):
 def test_two_processes_do_not_run_in_one_folder(reference, stopped):
     with filelock.FileLock(stopped / LOCK):
         assert "Another process" in refused("resume", stopped)
+
+
+@pytest.mark.needs("Unix")
+@pytest.mark.parametrize("name", ["ENOSYS", "ENOLCK"])
+def test_a_drive_without_locks_keeps_no_mark_that_a_kill_would_leave(tmp_path, monkeypatch, name):
+    def flock(*_):
+        raise OSError(getattr(errno, name), name)
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    with RunFolder(tmp_path).owned():
+        assert (tmp_path / LOCK).read_bytes() == b""
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_what_another_process_did_meanwhile_stays(reference, tmp_path, monkeypatch, goes_on):
+    """Two began at the same time, and one has ended when the other has prepared its run."""
+    scene, out = SceneFile.load(reference[0]), tmp_path / "run"
+    if goes_on:
+        full_run.stopped(scene, out, after=0.4)
+    go = (lambda: carom.resume(out)) if goes_on else lambda: carom.run(scene, out, overwrite=True)
+    ready = Run._report
+
+    def other(*arguments):
+        monkeypatch.undo()
+        go()
+        ready(*arguments)
+
+    monkeypatch.setattr(Run, "_report", other)
+    with pytest.raises(carom.FileError, match="Another process was running"):
+        go()
+    assert_same_run(reference[1], out)
 
 
 def test_resume_of_no_run_is_refused(tmp_path):

@@ -11,7 +11,7 @@ from helpers.events import INITIAL, assert_events, assert_identical, cut, make_e
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from carom.errors import FileError, InputError
-from carom.io import array_compression, checkpoint
+from carom.io import array_compression, checkpoint, hdf5
 from carom.io.events import EventLog, read_events, read_initial
 
 FIXTURE = settings(
@@ -281,3 +281,23 @@ def test_kill_9_costs_no_event_that_was_appended(tmp_path):
     with EventLog(path, keep=reported) as log:
         assert len(log) == reported
     assert_events(cut(make_events(100_000), 0, reported), read_events(path))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_waits_for_the_whole_state(tmp_path, monkeypatch, number):
+    """HDF5 loses an exception that is raised where it writes, and the command ended as by a bug."""
+    write, handler = hdf5._Patient.write, signal.getsignal(number)
+
+    def interrupted(self, data):
+        signal.raise_signal(number)
+        return write(self, data)
+
+    monkeypatch.setattr(hdf5._Patient, "write", interrupted)
+    signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            checkpoint.save(tmp_path / "state.h5", {"a": np.arange(3)}, {"b": 1})
+    finally:
+        signal.signal(number, handler)
+    arrays, attributes = checkpoint.load(tmp_path / "state.h5")
+    assert (arrays["a"].tolist(), attributes) == ([0, 1, 2], {"b": 1})

@@ -367,6 +367,8 @@ def test_a_full_disk_loses_nothing_that_is_in_memory(whole, tmp_path, monkeypatc
         known = type(study)(study.spec).run(executor="serial", out=tmp_path)
     assert results(known) == results(study)
     assert not [*(tmp_path / "tasks").glob("*")]
+    done = whole.again(tmp_path, "--no-pictures")
+    assert (done.exit_code, "could not be kept" in done.stderr) == (3, True)
     # Room again when all have failed, as after an old file was deleted.
     again = type(study)(study.spec).run(
         executor="serial", out=tmp_path, progress=lambda done, _: done == 1.0 and room.append(1)
@@ -382,6 +384,18 @@ def test_a_table_that_cannot_be_written_is_shown_all_the_same(whole, tmp_path):
     done = whole.again(out, "--json", "--no-pictures")
     assert (done.exit_code, done.stdout) == (2, whole.done.stdout)
     assert f"{whole.study.name}.csv" in done.stderr
+
+
+def test_what_a_kill_left_beside_a_result_is_removed(whole, tmp_path):
+    """Between its writing and the end of its state; and what it left of one, which is none."""
+    out, task = whole.copied(tmp_path), whole.study.tasks[0]
+    folder = Folder(out)
+    folder.kept(task).write_bytes(b"a state")
+    folder.result(task).with_name(".0123456789abcdef0123.77.tmp.json").write_bytes(b"half")
+    assert folder.done() == len(whole.study.records)
+    assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
+    assert {path.suffix for path in (out / "tasks").iterdir()} == {".json"}
+    assert len([*(out / "tasks").iterdir()]) == folder.done()
 
 
 # What is refused, and changes nothing.
@@ -401,6 +415,19 @@ def test_other_settings_another_version_and_a_folder_in_use_are_refused(whole, t
         patch.setattr(specs, "__version__", "99.0.0")
         assert "version was" in refused(whole, out)
     assert content(out) == before
+
+
+def test_no_process_enters_while_another_writes_its_files(whole, tmp_path, monkeypatch):
+    out, other = whole.copied(tmp_path), []
+
+    def write(study, out, **_):
+        with pytest.raises(FileError, match="Another process"):
+            study.run(executor="serial", out=out)
+        other.append("refused")
+
+    monkeypatch.setattr("carom.cli.study.write", write)
+    assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
+    assert other
 
 
 def test_a_folder_of_other_results_and_a_file_are_refused(whole, tmp_path):

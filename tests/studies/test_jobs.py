@@ -1,13 +1,15 @@
 """Jobs: a task that is killed at any moment goes on inside, and its record has the same bits."""
 
 import random
+from dataclasses import dataclass, field
 
 import pytest
 
 import carom
-from carom.errors import FileError
+from carom.errors import FileError, InputError
+from carom.models import own
 from carom.studies import Codes, EquationOfState, Packings, ShearFlow, StudySpec, Transport, job as jobs
-from carom.studies.job import Look, Stopped
+from carom.studies.job import Job, Look, Stopped
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.system import System
@@ -90,6 +92,54 @@ def test_a_task_of_a_study_goes_on_inside(tmp_path, kind, given):
     (task,) = kind.Spec(**given).tasks()
     whole, found = killed_again_and_again(kind.measure, task, tmp_path / "state.h5")
     assert whole == found
+
+
+@own.observer
+class Count:
+    """Counts collisions."""
+
+    one: int
+    counts = own.memory(0, "one")
+
+    def at_pair(self, event):
+        self.counts[0] += 1
+
+
+class Counted(Job):
+    """A job with a model of one's own, of which a file holds the numbers and no code."""
+
+    @classmethod
+    def begin(cls, task):
+        return cls(task, carom.Simulation(carom.Scene.crystal(32, 0.2), seed=1, observers=[Count(1)]))
+
+    def step(self, look):
+        self.sim.run(collisions=10)
+        return self.sim.collisions < 100
+
+    def result(self):
+        return {"counted": int(self.sim.observers[0].counts[0])}
+
+
+def test_a_job_with_a_model_of_ones_own_goes_on_inside(tmp_path):
+    kept, stop, seen = tmp_path / "state.h5", iter([False] * 5), []
+    with pytest.raises(Stopped):
+        Counted.measure({"seed": 1}, Look(lambda: next(stop, True), kept))
+    look = Look(lambda: seen.append(1), kept)
+    assert Counted.measure({"seed": 1}, look) == {"counted": 100}
+    assert len(seen) == 5, "it began anew"
+
+
+@dataclass
+class Keyed(Job):
+    """A job that counts by numbers, which a file would give back as texts."""
+
+    counts: dict = field(default_factory=lambda: {"by size": {1: 0}})
+
+
+def test_a_state_that_would_come_back_as_another_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"Keyed\.counts\.by size has the key 1, .* give a text"):
+        Keyed({}).save(tmp_path / "state.h5")
+    assert not [*tmp_path.iterdir()]
 
 
 def how(method):

@@ -20,6 +20,7 @@ from carom.texts import typed, visible
 
 if TYPE_CHECKING:
     from carom.spec import Spec
+    from carom.studies.folder import Folder
     from carom.studies.study import Study
 
 WHERE, OUTPUT = "Where it runs", "What to write"
@@ -78,12 +79,14 @@ def carry_out(
     as_json: bool,
 ) -> None:
     """Run a study in a folder, print and write its results, and exit with its code."""
+    from carom.studies.folder import Folder
     from carom.studies.signals import Interrupted
 
     def tell(known: Study[Any]) -> None:
         # Results are printed before files are written, because a full disk may refuse the files.
         show(known, as_json)
-        write(known, out, report=report, pictures=pictures)
+        with Folder(out).owned(*known.files()):
+            write(known, out, report=report, pictures=pictures)
 
     described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
@@ -106,7 +109,7 @@ def carry_out(
         print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
         if type(study).__module__.startswith("carom."):  # one of one's own is known to its program alone
             print(visible(typed("Look: carom view", out)))
-    finish(study)
+    finish(study, Folder(out))
 
 
 def command(kind: type[Study[Any]]) -> None:
@@ -121,11 +124,12 @@ def command(kind: type[Study[Any]]) -> None:
     started(app)
 
 
-def finish(study: Study[Any]) -> None:
-    """Exit with a code of its own if points are missing or flagged."""
+def finish(study: Study[Any], folder: Folder) -> None:
+    """Exit with a code of its own if points are missing, flagged, or not in the ``folder``."""
     if not study.complete:
         say(f"Note: {study.progress} are done; the same command tries the rest again.")
-    if not study.complete or any(map(study.table.flagged, study.table)):
+    kept = all(folder.result(record["task"]).exists() for record in study.records)
+    if not (study.complete and kept) or any(map(study.table.flagged, study.table)):
         raise typer.Exit(PARTLY)
 
 

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import io
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -77,6 +78,8 @@ def started(command: Any) -> None:
 
     from carom.figures.style import nobody_reads_docstrings
 
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     whole_streams()
     nobody_reads_docstrings()
     try:

@@ -20,7 +20,7 @@ from carom.errors import FileError, InputError
 from carom.io.array_compression import expected, pack, unpack
 from carom.io.hdf5 import made
 from carom.io.inspection import opened
-from carom.paths import existing, reading, replacing, writing
+from carom.paths import existing, reading, replacing, uninterrupted, writing
 from carom.version import __version__
 
 _MAGIC = "carom-checkpoint"
@@ -40,7 +40,7 @@ def save(
     """
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE
-    with replacing(Path(path)) as temporary, writing(Path(path)):
+    with uninterrupted(), replacing(Path(path)) as temporary, writing(Path(path)):
         with made(temporary, userblock_size=_HEADER) as file:
             file["attributes"] = np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
             group = file.create_group("arrays")

@@ -156,7 +156,7 @@ class Folder(ResultFolder):
 
     def done(self) -> int:
         """Return how many results there are."""
-        return len(list((self.path / RESULTS).glob("*.json")))
+        return len(list((self.path / RESULTS).glob("[!.]*.json")))
 
     def load(self, task: Task) -> Record | None:
         """Return the stored result of a task; None if there is none, or its file is damaged."""

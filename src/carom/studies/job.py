@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from carom.errors import FileError
+from carom.errors import FileError, InputError
 from carom.io import checkpoint as file
 from carom.simulation.files import checkpoint
 from carom.simulation.simulation import Simulation
@@ -30,6 +30,9 @@ PART = 9.0
 
 OTHERS = ("task", "sim")
 """Fields that are not kept as the others are: the name of the file says which task it is."""
+
+MODELS = ("obstacles", "interaction", "motion", "impact", "drive")
+"""Parts of a scene that may be of a class of one's own."""
 
 
 class Stopped(Exception):
@@ -129,8 +132,11 @@ class Job:
         ------
         FileError
             If the file cannot be written.
+        InputError
+            If a dictionary has keys that no file gives back.
         """
         notes = self.notes()
+        _check_keys(notes, type(self).__name__)
         arrays = {name: notes.pop(name) for name, value in [*notes.items()] if isinstance(value, np.ndarray)}
         if self.sim is not None:
             checkpoint.save(path, self.sim._state, notes, arrays)
@@ -154,9 +160,21 @@ class Job:
         try:
             notes = json.loads(attributes["extra"])
             notes |= {name[6:]: array for name, array in arrays.items() if name.startswith("extra.")}
-            return cls(task, Simulation.load(path) if "scene" in attributes else None, **notes)
+            return cls(task, cls._simulation(task, path) if "scene" in attributes else None, **notes)
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is not the checkpoint of {cls.what}: {error}.") from None
+
+    @classmethod
+    def _simulation(cls, task: dict[str, Any], path: Path) -> Simulation:
+        """Return the simulation of a file, with models of one's own, which no file holds, from the start."""
+        try:
+            return Simulation.load(path)
+        except FileError:
+            if not task:
+                raise
+        begun = cls.begin(task).sim
+        models = {name: getattr(begun.scene, name) for name in MODELS}
+        return Simulation.load(path, observers=begun.observers, **models)
 
     @classmethod
     def measure(cls, task: dict[str, Any], look: Look | None = None) -> dict[str, Any]:
@@ -179,3 +197,11 @@ class Job:
         look()
         while self.step(look):
             look()
+
+
+def _check_keys(value: Any, name: str) -> None:
+    """Refuse dictionaries with keys that come back as texts, and would be others after a stop."""
+    for key in value if isinstance(value, dict) else ():
+        if not isinstance(key, str):
+            raise InputError(f"{name} has the key {key!r}, and keys in a file are texts; give a text.")
+        _check_keys(value[key], f"{name}.{key}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import re
@@ -52,6 +53,16 @@ class ResultFolder:
         self.path = path
         self.summary = path / SUMMARY  # the result, written last
         self.checkpoint = path / KINDS[self.kind].marks[0]  # the state to continue from
+        self._seen = self._present()
+
+    def _present(self) -> list[tuple[str, int, int]]:
+        """Return which state and summary are there, by which one sees that another process wrote them."""
+        found = []
+        for path in (self.checkpoint, self.summary):
+            with contextlib.suppress(OSError, ValueError):  # none, or no name: others say so
+                status = path.stat()
+                found.append((path.name, status.st_ino, status.st_mtime_ns))
+        return found
 
     def _files(self) -> list[Path]:
         return [self.path / name for name in self.files]
@@ -110,7 +121,8 @@ class ResultFolder:
         Its files are those of the kind and ``more``; the lock ends with the process.
         """
         self.make()
-        lock = filelock.FileLock(self.path / LOCK, blocking=False, thread_local=False)
+        # A mark in a file, instead of a lock, would stay after a kill.
+        lock = filelock.FileLock(self.path / LOCK, blocking=False, thread_local=False, fallback_to_soft=False)
         try:
             with writing(self.path):
                 try:
@@ -119,8 +131,14 @@ class ResultFolder:
                     raise FileError(
                         f"Another process is running in {self.path}; wait for it or choose another folder."
                     ) from None
-                except NotImplementedError:  # some network drives have no locks
-                    pass
+                except OSError as error:
+                    if error.errno not in (errno.ENOSYS, errno.ENOLCK):  # some network drives have no locks
+                        raise
+                if self._present() != self._seen:
+                    raise FileError(
+                        f"Another process was running in {self.path} meanwhile; type the command again, or "
+                        "choose another folder."
+                    )
                 sweep(self.path, {*self.files, *more}.__contains__)
             yield
         finally:

@@ -467,8 +467,10 @@ class _Session:
         self.folder, self.progress, self.look = folder, progress, look
         self.known: dict[str, Record] = {key(record["task"]): record for record in study.records}
         if folder is not None:
-            stored = {key(task): folder.load(task) for task in study.tasks}
-            self.known |= {name: record for name, record in stored.items() if record is not None}
+            for task in study.tasks:
+                if record := folder.load(task):
+                    self.known[key(task)] = record
+                    folder.forget(task)  # a state that a kill left beside the result
         self.keys = [key(task) for task in study.tasks]
         self.enough = self._judged()
         self.failures: list[Failure] = []

@@ -239,12 +239,12 @@ class Run(Measured):
             files.callback(setattr, self._stop, "deferred", False)
             self._stop.deferred = True
             self.bed = Layers(self.sim.scene, self.layers)
-            self.writers = [files.enter_context(opened(form)) for form in self.formats]
             look = Look(
                 lambda: self._stop.asked, self.folder.checkpoint, self, self._report,
                 self.plan.run.checkpoint_every, strict=True,
             )  # fmt: skip
-            look.keep(True)
+            look.keep(True)  # first: what a kill leaves of a new trajectory is replaced then
+            self.writers = [files.enter_context(opened(form)) for form in self.formats]
             try:
                 self.go_on(look)
             except Stopped:
