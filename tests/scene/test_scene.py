@@ -9,6 +9,7 @@ import math
 import ase
 import numpy as np
 import pytest
+from helpers import refits
 from helpers.marks import slow
 from helpers.mixtures import mixed, mixture
 from hypothesis import given, settings, strategies as st
@@ -23,6 +24,7 @@ from carom.models import Ball, Shear
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
 
 EPS = np.finfo(float).eps
 
@@ -363,6 +365,15 @@ def test_a_frame_becomes_a_scene_bit_for_bit(dimension):
     np.testing.assert_array_equal(again.positions, scene.positions)
     np.testing.assert_array_equal(again.velocities, velocities)
     assert (again.box, again.diameter, again.mass) == (scene.box, 0.7, 2.0)
+
+
+def test_the_frame_of_a_scene_is_that_of_its_simulation_at_the_start(unscheduled):
+    tilted = Scene.random(6, box=(5.0, 4.0), motion=Shear(0.5, tilt=1.5), seed=1)
+    tilted = tilted.replace(velocities=np.ones((6, 2)))
+    for scene in (tilted, *(make(1.0)[0] for make in refits.ROWS.values())):
+        found, begun = to_frame(scene), Simulation(scene).frame()
+        for name in {*vars(found)} - ({"images"} if scene.spins is not None else {"images", "spins"}):
+            np.testing.assert_array_equal(getattr(found, name), getattr(begun, name), err_msg=name)
 
 
 def test_a_frame_without_a_mass_for_each_is_refused():
