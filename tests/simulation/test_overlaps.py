@@ -60,6 +60,7 @@ def changed(frame, rng, **more):
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 @pytest.mark.parametrize("walled", [False, True])
 @pytest.mark.parametrize("pinned", [[], [0, 3]])
+@pytest.mark.filterwarnings("error")
 def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(unscheduled, d, walled, pinned):
     rng, box = np.random.default_rng(d), np.array((5.0, 4.3, 4.7, 4.1))[:d]
     # So many balls of one kind that those near are looked up; they are small, and may stand anywhere.

@@ -428,9 +428,10 @@ def intruder(
         if id(obstacle) in unknown:
             continue
         sizes = radii[who]
-        over = gap < -tolerance(room.box, 2.0 * sizes, epsilon)
-        if over.any():
-            k = int(np.argmax(np.where(over, -gap / np.maximum(2.0 * sizes, np.abs(gap)), 0.0)))
+        over = np.flatnonzero(gap < -tolerance(room.box, 2.0 * sizes, epsilon))
+        if len(over):
+            deep = -gap[over]
+            k = int(over[np.argmax(deep / np.maximum(2.0 * sizes[over], deep))])
             found.append(Overlap(int(who[k]), obstacle.name, float(gap[k] + sizes[k]), float(sizes[k])))
     return max(found, key=lambda overlap: overlap.relative, default=None)
 
