@@ -19,6 +19,7 @@ from carom.compiling.entry import entry
 pytestmark = pytest.mark.needs("compiled code")
 
 MODEL = """
+import numpy
 import gravity
 import units.scales
 from carom.models.interfaces.obstacle import ObstacleModel
@@ -27,12 +28,16 @@ from heights import HEIGHT
 class Floor(ObstacleModel):
     x: float
     LIMIT = 1
+    LIMITS = numpy.array([0, 1])
+    KIND = "hard"
 
     def by(self, by):
         return 2.0 * by - units.scales.Kind.HARD
 
     def encounter(self, x, v, radius, growth):
-        more = self.by(self.LIMIT) * units.scales.LENGTH - 1.0
+        more = self.by(self.LIMIT + self.LIMITS[0]) * units.scales.LENGTH - 1.0
+        if self.KIND == "soft":
+            more += 1.0
         return 1.0 * self.x + gravity.fall(x) + HEIGHT + more
 """
 GRAVITY = """
@@ -317,6 +322,8 @@ def digest(importing):
         ("strength.py", "(x)", "(x, y=1.0)"),
         ("height.txt", "0.0", "0.5"),  # a number that no source holds
         ("floor_model.py", "LIMIT = 1", "LIMIT = 2"),  # one of the class
+        ("floor_model.py", "array([0, 1])", "array([1, 0])"),
+        ("floor_model.py", '"hard"', '"soft"'),
         ("floor_model.py", "2.0 * by", "3.0 * by"),  # a method that it calls
         ("units/scales.py", "LENGTH = 1.0", "LENGTH = 2.0"),  # one of a module in a module
         ("units/scales.py", "HARD = 1", "HARD = 3"),  # one of an enumeration

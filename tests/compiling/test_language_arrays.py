@@ -112,7 +112,17 @@ def chosen(values, table, k, x):
     return row[0]
 
 
-OF_ARRAYS = (elements, parts, parts_of_rows, in_place, made_here, copies, of_other_types, chosen)
+def from_the_end(values, table, k, x):
+    total = x
+    for j in range(len(values)):  # not negative, and k may be
+        for at in (min(j, k), min(k, j), max(j - 4, k), j + k if k < 0 else -1 - j, k if k < j else j):
+            total = 0.5 * total + values[at]
+    return total
+
+
+OF_ARRAYS = (
+    elements, parts, parts_of_rows, in_place, made_here, copies, of_other_types, chosen, from_the_end,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("function", OF_ARRAYS, ids=lambda each: each.__name__)
@@ -120,6 +130,21 @@ OF_ARRAYS = (elements, parts, parts_of_rows, in_place, made_here, copies, of_oth
 def test_arrays(function, k, x):
     with np.errstate(all="ignore"):
         assert_twins(function, np.arange(4.0), np.arange(6.0).reshape(3, 2), k, x)
+
+
+def one_of_several(several, tables, k):
+    here, (name, table) = several[k % 3], tables[k % 2]
+    total = 0.0
+    for each in here:
+        total = 2.0 * total + each
+    return total, here[-1], len(here), name, table[-1, -2], table.shape
+
+
+@given(INDEX)
+def test_one_of_several_arrays_has_a_length_of_its_own(k):
+    arrays = np.arange(2.0), np.arange(5.0), np.arange(3.0)
+    tables = (1, np.arange(6.0).reshape(3, 2)), (2, np.arange(8.0).reshape(2, 4))
+    assert_twins(one_of_several, arrays, tables, k)
 
 
 @given(END, END)

@@ -37,9 +37,11 @@ class Book:
 
     def fill_window(self, start):
         self.laid_out += 1
-        return cal.fill_window(
+        earliest = cal.fill_window(
             self.engine.calendar, self.engine.state, self.engine.model.boundary, start, LENGTH
         )
+        assert self.control.inverse * self.control.width == 1.0  # however often it was narrowed
+        return earliest
 
     @property
     def control(self):

@@ -49,8 +49,14 @@ def scene(s, **more):
     return start.replace(velocities=s * np.random.default_rng(1).normal(size=(N, 2)), **more)
 
 
+def over(s, below):
+    """Disks over something, which they meet at once and again a while later."""
+    start = scene(s, walls="y", obstacles=[below])
+    return start.replace(velocities=s * np.random.default_rng(3).normal(size=(N, 2)))
+
+
 def floor(s, **more):
-    return scene(s, walls="y", obstacles=[Plane((0.0, 1.0), 0.0, "floor", **more)])
+    return over(s, Plane((0.0, 1.0), 0.0, "floor", **more))
 
 
 def two_sizes(s, species, **more):
@@ -334,7 +340,7 @@ ROWS = {
     ),
     "own interaction": lambda s: (scene(s, interaction=Soft(contact=1.0, least=0.5 * s)), {}),
     "own steps": lambda s: (scene(s, interaction=Stairs(height=-s * s)), {}),
-    "own obstacle": lambda s: (scene(s, walls="y", obstacles=[Ledge(least=2.0 * s)]), OBSERVED),
+    "own obstacle": lambda s: (over(s, Ledge(least=2.0 * s)), OBSERVED),
     "own motion": lambda s: (scene(s, motion=Drifting(g=s * s)), {}),
     "own drive": lambda s: (scene(s, drive=Kicks(speed=s, interval=STEP / s)), {}),
 }

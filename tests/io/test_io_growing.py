@@ -343,8 +343,9 @@ def looked(folder):
 
 
 @pytest.mark.needs("Linux")
-def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(plain, tmp_path):
-    sim = logged_run(tmp_path)
+def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(plain, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sim = logged_run(Path())  # what goes on with it leaves the folder after it has loaded this path
     before = (tmp_path / "events.h5").read_bytes()
     assert "is being written by another process" in looked(tmp_path)
     assert (tmp_path / "events.h5").read_bytes() == before

@@ -292,14 +292,20 @@ def test_steps_of_equal_energy_are_where_the_potential_is_half_way():
     assert np.ptp(np.abs(inside_of - outside)) < 1e-9
 
 
-def test_steps_of_equal_volume_keep_the_integral_of_the_potential():
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_steps_of_equal_volume_keep_the_integral_of_the_potential(d):
     def u(r):
-        return -(r**-6)
+        return -(r ** (-2.0 * d))
 
-    steps = from_potential(u, reach=3.0, core=1.0, count=7)
-    volumes = np.diff(np.array(steps.distances) ** 3)
+    steps = from_potential(u, reach=2.0, core=1.0, count=7, dimension=d)
+    volumes = np.diff(np.array(steps.distances) ** d)
     assert np.ptp(volumes) < 1e-12
-    assert volumes @ steps.energies[1:] == pytest.approx(-(1.0 - 3.0**-3), rel=1e-9)
+    assert volumes @ steps.energies[1:] == pytest.approx(-(1.0 - 2.0**-d), rel=1e-9)
+
+
+def test_bonds_of_chains_and_rings_join_those_that_follow_each_other_from_the_first_on():
+    assert chains(2, 3, first=4) == [(4, 5), (5, 6), (7, 8), (8, 9)]
+    assert {*rings(2, 3, first=4)} == {(4, 5), (5, 6), (4, 6), (7, 8), (8, 9), (7, 9)}
 
 
 TOML = """

@@ -288,6 +288,21 @@ def test_the_coefficient_of_diffusion_is_that_of_a_random_walk_within_its_error(
     assert np.median(errors) < 0.2
 
 
+def test_the_coefficient_of_diffusion_of_a_species_is_that_of_its_particles_alone():
+    frames, _ = walk(np.random.default_rng(4), 0.0)
+    kinds = np.arange(60) % 6
+    mixed = [dataclasses.replace(frame, species=kinds) for frame in frames]
+    fields = ("positions", "velocities", "diameters", "masses", "images")
+    alone = [
+        dataclasses.replace(frame, **{name: getattr(frame, name)[kinds == 1] for name in fields})
+        for frame in frames
+    ]
+    found, expected = Dynamics(species=1).over(mixed), Dynamics().over(alone)
+    assert (found.fit_first, found.fit_last) == (expected.fit_first, expected.fit_last)
+    assert found.diffusion.mean == pytest.approx(expected.diffusion.mean, rel=1e-12)
+    assert found.diffusion.error == pytest.approx(expected.diffusion.error, rel=1e-12)
+
+
 def test_the_coefficient_of_diffusion_is_in_the_sentence_the_table_and_the_picture(tmp_path):
     found = Dynamics().over(walk(np.random.default_rng(7), 0.0)[0])
     value = found.diffusion.value_text

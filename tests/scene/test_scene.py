@@ -9,6 +9,7 @@ import math
 import ase
 import numpy as np
 import pytest
+from helpers import refits
 from helpers.marks import slow
 from helpers.mixtures import mixed, mixture
 from hypothesis import given, settings, strategies as st
@@ -23,6 +24,7 @@ from carom.models import Ball, Shear
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
 
 EPS = np.finfo(float).eps
 
@@ -318,13 +320,22 @@ def test_atoms_with_momenta_masses_and_radii_become_a_scene(masses_given):
     np.testing.assert_array_equal(scene.positions[2], [3.5, 3, 0])
 
 
-def test_atoms_in_a_plane_become_disks():
-    atoms = ase.Atoms("X2", positions=[[0, 0, 1], [2, 0, 1]], cell=[5, 6, 0], pbc=[True, True, False])
+@pytest.mark.parametrize("kept", [(0, 1), (0, 2), (1, 2), (0,), (1,), (2,)])
+def test_atoms_in_any_plane_or_on_any_line_become_disks_or_rods(kept):
+    flags = np.isin(range(3), kept)
+    places, momenta = np.array([[1, 2, 3], [1, 2, 3]]), np.array([[1, 2, 3], [4, 5, 6]])
+    places[1, kept[-1]] += 2
+    atoms = ase.Atoms("X2", positions=places, cell=[5, 6, 7] * flags, pbc=flags)
     with pytest.warns(CaromWarning, match="diameter of 1 was assumed"):
         scene = Scene.from_ase(atoms)
-    assert scene.box == (5.0, 6.0)
+    assert scene.box == tuple(np.array([5.0, 6.0, 7.0])[flags])
     assert (scene.diameter, scene.mass, scene.velocities) == (1.0, 1.0, None)
-    assert Scene.from_ase(atoms, diameter=0.5).diameter == 0.5
+    np.testing.assert_array_equal(scene.positions, places[:, flags])
+    atoms.set_masses([2.0, 4.0])
+    atoms.set_momenta(momenta)
+    scene = Scene.from_ase(atoms, diameter=0.5)
+    assert scene.diameter == 0.5
+    np.testing.assert_array_equal(scene.velocities, momenta[:, flags] / [[2.0], [4.0]])
 
 
 def atoms_with(**changes: object) -> ase.Atoms:
@@ -363,6 +374,15 @@ def test_a_frame_becomes_a_scene_bit_for_bit(dimension):
     np.testing.assert_array_equal(again.positions, scene.positions)
     np.testing.assert_array_equal(again.velocities, velocities)
     assert (again.box, again.diameter, again.mass) == (scene.box, 0.7, 2.0)
+
+
+def test_the_frame_of_a_scene_is_that_of_its_simulation_at_the_start(unscheduled):
+    tilted = Scene.random(6, box=(5.0, 4.0), motion=Shear(0.5, tilt=1.5), seed=1)
+    tilted = tilted.replace(velocities=np.ones((6, 2)))
+    for scene in (tilted, *(make(1.0)[0] for make in refits.ROWS.values())):
+        found, begun = to_frame(scene), Simulation(scene).frame()
+        for name in {*vars(found)} - ({"images"} if scene.spins is not None else {"images", "spins"}):
+            np.testing.assert_array_equal(getattr(found, name), getattr(begun, name), err_msg=name)
 
 
 def test_a_frame_without_a_mass_for_each_is_refused():

@@ -76,7 +76,11 @@ def test_species_are_a_list_of_species():
         assert np.bincount(scene.species).tolist() == [8, 24]
         assert scene.species_names == ("large", "small")
         assert scene.packing_fraction == pytest.approx(0.2)
-    assert Scene.random(species=[Species(count=3), Species(count=4)]).n == 7
+    for names in ((None, None), ("a", None), (None, "b")):
+        scene = Scene.random(species=[Species(name, count=3 + k) for k, name in enumerate(names)])
+        assert scene.n == 7
+        told = tuple(name or str(k) for k, name in enumerate(names))
+        assert scene.species_names == (told if any(names) else ())
 
 
 ONE, HALF = Species(count=5), Species(count=5, diameter=0.5)

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from carom import theory
 from carom.errors import CaromWarning, InputError
 from carom.models import Ball, Gravity, Langevin, Shear, SquareWell
 from carom.observables import blocking
-from carom.simulation.moves.barostat import _drawn
+from carom.simulation.moves.barostat import _drawn, _tried
 from carom.theory import pieprzyk
 
 SLOW = pytest.mark.slow
@@ -192,6 +193,22 @@ def test_volumes_that_are_drawn_have_their_density(unscheduled, n, d, edge, pres
     assert abs(volumes.mean() - mean) < FOUR_SIGMA * math.sqrt(variance / 3000)
     fourth = np.average((grid - mean) ** 4, weights=weights)
     assert abs(volumes.var() - variance) < FOUR_SIGMA * math.sqrt((fourth - variance**2) / 3000)
+
+
+@pytest.mark.parametrize(("n", "d"), [(2, 1), (2, 3), (9, 2)])
+def test_volumes_that_are_tried_have_their_density_where_nobody_touches(n, d):
+    """V has the density V^N exp(-P V / kT), a Gamma distribution of N + 1."""
+    rng, barostat, kT = np.random.default_rng(n + d), carom.Barostat(1.5, 1.0, step=1.0), 2.0
+    room, volumes = SimpleNamespace(n=n, dimension=d, box=(1.0,) * d, volume=1.0), []
+    for _ in range(12_000):
+        scale = _tried(rng, room, barostat, kT) or 1.0
+        room.box = tuple(edge * scale for edge in room.box)
+        room.volume = math.prod(room.box)
+        volumes.append(room.volume * 1.5 / kT)
+    found = np.array(volumes[2000:])
+    for values, exact in ((found, n + 1.0), ((found - n - 1.0) ** 2, n + 1.0)):
+        mean = blocking(values)
+        assert abs(mean.mean - exact) < FOUR_SIGMA * mean.error < 0.2 * exact
 
 
 def test_particles_at_rest_have_no_temperature_for_a_barostat(plain):

@@ -186,17 +186,23 @@ def test_where_nothing_moves_nothing_is_hit():
         carom.Simulation(still).run(until=carom.hit("door"))
 
 
-def test_a_log_holds_what_the_run_had(tmp_path):
-    sim = fluid()
-    sim.run(time=4.0, every=0.5, call=carom.CSVLog(tmp_path / "log.csv"))
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("impact", [None, 0.9], ids=["fluid", "cooling"])
+def test_a_log_holds_what_the_run_had(impact, tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    sim = carom.Simulation(carom.Scene.random(30, 0.3, 2, seed=1, impact=impact), seed=2)
+    log, blocks = carom.CSVLog("log.csv"), [stretches.tally(sim)]
+    for folder in (".", "elsewhere"):  # what has begun stays where it is
+        monkeypatch.chdir(folder)
+        sim.run(time=2.0, every=0.5, call=lambda sim: (log(sim), blocks.append(stretches.tally(sim))))
     found = rows(tmp_path / "log.csv")
     assert [float(row["time"]) for row in found] == [0.5 * k for k in range(1, 9)]
     assert int(found[-1]["collisions"]) == sim.collisions
     assert float(found[-1]["kT"]) == sim.kT
-    # Blocks of equal time: Z of the whole is the mean of their values.
-    whole = stretches.tally(sim)
-    mean = np.mean([float(row["Z"]) for row in found])
-    assert mean == pytest.approx(1.0 + whole.virial / (2 * sim.n * sim.kT * whole.duration), rel=1e-12)
+    heat = [sim.kT * each.duration if each.kT_time is None else each.kT_time for each in blocks]
+    excess = np.diff([each.virial for each in blocks]) / (2 * sim.n * np.diff(heat))
+    assert [float(row["Z"]) for row in found] == pytest.approx(1.0 + excess, rel=1e-12)
     assert "U" not in found[0]
 
 

@@ -59,7 +59,8 @@ def test_rods_have_the_length_and_the_pressure_of_the_ensemble(plain):
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_volume_and_pressure_are_means_over_the_time_of_all_blocks(d):
     rng = np.random.default_rng(d)
-    durations, sums = rng.uniform(1.0, 2.0, 16), rng.uniform(1.0, 2.0, (16, 3))
+    durations, sums = rng.uniform(1.0, 2.0, 256), rng.uniform(1.0, 2.0, (256, 3))
+    sums[:, 0] = np.repeat(sums[::4, 0], 4)  # a volume is slower than the rest
     blocks = [
         Block(time, 1, 99.0, volumes=VolumeSums(*each)) for time, each in zip(durations, sums, strict=True)
     ]
@@ -68,6 +69,7 @@ def test_volume_and_pressure_are_means_over_the_time_of_all_blocks(d):
     volume, inverse, virial = sums.sum(axis=0) / durations.sum()
     assert found.volume.mean == pytest.approx(volume)
     assert found.pressure.mean == pytest.approx(2 * 3.0 * inverse + virial / d)
+    assert found.pressure.n_eff == found.volume.n_eff < 200
     assert found.packing_fraction.mean == pytest.approx(scene.packing_fraction * scene.volume / volume)
     assert found.block_values == pytest.approx(sums[:, 0] / durations)
     numbers = at_constant_pressure(found, VolumeMoves(carom.Barostat(0.7, 1.0, 0.1)), 2.0)

@@ -29,15 +29,17 @@ def with_images(vectors, edges, tilt):
     return np.sqrt(((vectors[..., None, :] + steps) ** 2).sum(axis=-1)).min(axis=-1)
 
 
-def deepest_by_hand(frame, balls, tilt=0.0):
+def deepest_by_hand(frame, balls, tilt=0.0, pinned=()):
     """Return the deepest overlap of all pairs and with balls and walls, over the contact distance of two or
-    over the diameter.
+    over the diameter; those ``pinned`` may be in each other and in what stands.
     """
     x, radii, box = frame.positions, 0.5 * frame.diameters, np.array(frame.box)
     edges = np.where(frame.periodic, box, 1e9)
     contact = radii[:, None] + radii
     pairs = 1.0 - with_images(x[:, None] - x, edges, tilt) / contact
     np.fill_diagonal(pairs, 0.0)
+    pairs[np.ix_(pinned, pinned)] = 0.0
+    x, radii = np.delete(x, pinned, axis=0), np.delete(radii, pinned)
     found = [pairs.max()]
     for ball in balls:
         away = with_images(x - np.array(ball.center), edges, 0.0) - ball.radius
@@ -57,17 +59,21 @@ def changed(frame, rng, **more):
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 @pytest.mark.parametrize("walled", [False, True])
-def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(unscheduled, d, walled):
+@pytest.mark.parametrize("pinned", [[], [0, 3]])
+@pytest.mark.filterwarnings("error")
+def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(unscheduled, d, walled, pinned):
     rng, box = np.random.default_rng(d), np.array((5.0, 4.3, 4.7, 4.1))[:d]
     # So many balls of one kind that those near are looked up; they are small, and may stand anywhere.
     balls = [Ball(tuple(x), 0.01 * (1 + k)) for k, x in enumerate(rng.uniform(0.0, box, (20, d)))]
     start = carom.Scene.random(
-        6, box=box, diameter=0.02, seed=1, obstacles=balls, walls="x" if walled else ""
+        6, box=box, diameter=0.02, seed=1, obstacles=balls, walls="x" if walled else "", pinned=pinned or None
     )
     frames = [changed(carom.Simulation(start).frame(), rng) for _ in range(20)]
+    for frame in frames[10:] if pinned else ():  # small ones among large pinned ones
+        frame.diameters[:] *= np.where(np.isin(range(6), pinned), 1.5, 0.1)
     seen = 0
     for frame, (_, found) in zip(frames, in_frames(start, frames), strict=True):
-        depth = deepest_by_hand(frame, balls)
+        depth = deepest_by_hand(frame, balls, pinned=pinned)
         assert (found is None) == (depth <= 0.0)
         assert found is None or found.relative == pytest.approx(depth, rel=1e-9)
         seen += found is not None

@@ -95,8 +95,10 @@ def test_memory_goes_on_in_another_unit_of_time_in_grown_arrays_and_from_a_file(
 
 
 @pytest.mark.parametrize("scale", [-30, 30])
-@pytest.mark.parametrize("name", [name for name in refits.ROWS if name[:3] == "own"] + ["units", "loss"])
-def test_code_of_ones_own_is_told_all_in_its_unit_at_any_speed(name, scale, plain):
+@pytest.mark.parametrize(
+    "name", [name for name in refits.ROWS if name[:3] == "own"] + ["units", "loss", "rough", "growth"]
+)
+def test_models_are_told_all_in_their_unit_from_the_start_at_any_speed(name, scale, plain):
     twins = [refits.simulation(name, 2.0**power) for power in (0, scale)]
     for sim, power in zip(twins, (0, scale), strict=True):
         sim.run(time=refits.duration(name, 2.0**power, False))
@@ -151,10 +153,13 @@ def test_nothing_is_forgotten_at_an_end_of_an_epoch_after_a_refit(name, plain, m
         return dataclasses.replace(found, epoch=epoch, width=width, span=span)
 
     monkeypatch.setattr(plan, "choose", choose_short)
+    hits = []
     for part in (0.25, 0.375, 0.375):
         refitted._state.refit()
         refitted.run(time=part * duration)
         assert refitted._state.clock.epoch > 3 or name == "barostat"  # whose moves refit
+        hits.append([each.hits for each in refitted.obstacles])
+    assert not hits[0] or hits[2][-1] > hits[0][-1]
     one, other = moments_and_phases(whole), moments_and_phases(refitted)
     assert one.keys() == other.keys()
     for key, value in one.items():

@@ -417,6 +417,19 @@ def test_the_length_follows_from_the_error_asked_for():
     assert two == pytest.approx(4.0 * one, rel=1e-3)
 
 
+def test_the_time_between_samples_is_in_the_units_of_diameters_and_masses():
+    def every(length, mass, mixed):
+        kinds = [{"diameter": x * length, "mass": x * x * mass} for x in (1.0, 0.5)]
+        scene = {"species": [{"fraction": 0.5} | kind for kind in kinds]} if mixed else kinds[1]
+        return studies.TransportSpec(packing_fraction=(0.3,), scene=scene).tasks()[0]["every"]
+
+    for mixed in (False, True):
+        one = every(1.0, 1.0, mixed)
+        rounded = pytest.approx(2.0 * one, rel=2e-3)  # to four digits
+        assert every(2.0, 1.0, mixed) == rounded
+        assert every(1.0, 4.0, mixed) == rounded
+
+
 @pytest.mark.slow
 def test_published_values_are_met():
     # L. Lue, J. Chem. Phys. 122, 044513 (2005), at rho = 0.5, and Erpenbeck and Wood (1991) for infinite N.

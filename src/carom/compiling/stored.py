@@ -217,7 +217,7 @@ class Walk:
             value = getattr(value, "__func__", value)
             if _may_be_called(name, value):
                 self.visit_method(value)
-            elif isinstance(value, bool | int | float | tuple | np.ndarray | np.generic):
+            elif not name.startswith("__") and not hasattr(value, "__get__"):  # neither field nor property
                 self.add(name)
                 self.visit(value)
 

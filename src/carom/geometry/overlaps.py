@@ -352,15 +352,21 @@ def deepest(
     if len(positions) <= FEW:
         pairs = np.stack(np.triu_indices(len(positions), 1), axis=1)
     else:
-        # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
-        # thus overlap, are found first.
-        crowds = [
-            members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
-            for members in contacts.classes
-        ]
-        pairs = np.concatenate(crowds)
+        pairs = _crowded(positions, contacts)
         pairs = pairs if len(pairs) else room.pairs(positions, contacts)
     return worst(positions, room, pairs, contacts.of(pairs), epsilon)
+
+
+def _crowded(positions: np.ndarray, contacts: Contacts) -> np.ndarray:
+    """Return pairs (m, 2) of spheres that share a cell, and thus overlap.
+
+    They are found first: a crowd of m spheres has m^2 / 2 overlapping pairs, too many to list.
+    """
+    crowds = [
+        members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
+        for members in contacts.classes
+    ]
+    return np.concatenate(crowds)
 
 
 def _deepest_of(
@@ -369,13 +375,16 @@ def _deepest_of(
     """Return the deepest overlap in which at least one is not pinned, or any one of very many."""
     free, fixed = np.flatnonzero(~pinned), np.flatnonzero(pinned)
     diameters = contacts.diameters
-    among = deepest(positions[free], room, Contacts(diameters[free]), epsilon=epsilon)
-    if among is not None:
-        return among._replace(i=int(free[among.i]), other=int(free[int(among.other)]))
+    found = deepest(positions[free], room, Contacts(diameters[free]), epsilon=epsilon)
+    if found is not None:
+        found = found._replace(i=int(free[found.i]), other=int(free[int(found.other)]))
+        if len(free) > FEW and len(_crowded(positions[free], Contacts(diameters[free]))):
+            return found
     reach = 0.5 * (float(diameters[free].max()) + float(diameters[fixed].max()))
     i, j = room.between(positions[free], positions[fixed], reach).T
     pairs = np.stack([free[i], fixed[j]], axis=1)
-    return worst(positions, room, pairs, contacts.of(pairs), epsilon)
+    both = found, worst(positions, room, pairs, contacts.of(pairs), epsilon)
+    return max((each for each in both if each is not None), key=lambda each: each.relative, default=None)
 
 
 def worst(
@@ -421,7 +430,8 @@ def intruder(
         sizes = radii[who]
         over = np.flatnonzero(gap < -tolerance(room.box, 2.0 * sizes, epsilon))
         if len(over):
-            k = int(over[np.argmax(-gap[over] / np.maximum(2.0 * sizes[over], -gap[over]))])
+            deep = -gap[over]
+            k = int(over[np.argmax(deep / np.maximum(2.0 * sizes[over], deep))])
             found.append(Overlap(int(who[k]), obstacle.name, float(gap[k] + sizes[k]), float(sizes[k])))
     return max(found, key=lambda overlap: overlap.relative, default=None)
 

@@ -18,7 +18,7 @@ from carom.geometry.overlaps import Geometry, geometry_of
 from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned, mask as pinned_mask
-from carom.models.motions.shear import Shear
+from carom.models.motions.shear import Shear, start_tilt
 from carom.models.obstacles import named_walls
 from carom.scene import box
 from carom.scene.fields import Fields, S
@@ -190,7 +190,8 @@ def to_frame(scene: Fields) -> Frame:
     velocities = scene.positions * 0.0 if scene.velocities is None else scene.velocities
     return Frame(
         0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
-        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
+        species=scene.species, species_names=scene.species_names, periodic=scene.periodic, spins=scene.spins,
+        tilt=start_tilt(scene.motion, scene.box) if isinstance(scene.motion, Shear) else None,
     )  # fmt: skip
 
 

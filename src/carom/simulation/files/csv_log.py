@@ -62,6 +62,7 @@ class CSVLog:
         append: bool = False,
     ):
         self.path = Path(path)
+        self._place = self.path.absolute()  # the folder of the process may change before it grows
         self._append = append
         given = columns if isinstance(columns, Mapping) else dict.fromkeys(columns or ())
         for name, function in given.items():
@@ -82,18 +83,18 @@ class CSVLog:
             self._begin(stretches.tally(sim))
         found = self._numbers(sim, [name for name, function in self._columns.items() if function is None])
         entries = [found[n] if function is None else function(sim) for n, function in self._columns.items()]
-        _write(self.path, [["" if entry is None else entry for entry in entries]], "a")
+        _write(self._place, [["" if entry is None else entry for entry in entries]], "a")
 
     def _begin(self, now: Block) -> None:
         """Begin the file, or go on with it."""
         earlier_rows: list[list[str]] = []
         head = list(self._columns)
-        if self.path.exists():
+        if self._place.exists():
             if not self._append:
                 raise FileError(
                     f"{self.path} exists already and was left as it is; choose another name, or append=True."
                 )
-            earlier_rows = _rows(self.path)
+            earlier_rows = _rows(self._place)
             if earlier_rows and earlier_rows[0] != head:
                 raise FileError(
                     f"{self.path} has the columns {', '.join(earlier_rows[0])}; expected {', '.join(head)}."
@@ -108,7 +109,7 @@ class CSVLog:
                         f"{self.path} has a row without a time, and was left as it is; choose another name."
                     ) from None
             self._numbers = Numbers(now)
-        with replacing(self.path) as whole:  # a full disk leaves the rows that were there
+        with replacing(self._place) as whole:  # a full disk leaves the rows that were there
             _write(whole, [head, *earlier_rows], "w")
         self._open = True
 

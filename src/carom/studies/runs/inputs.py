@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -68,5 +67,4 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> tuple[Sc
         words["contact"] = tuple(map(tuple, scene.contact.tolist()))
     plan = SceneFile(SceneSpec(file=str(folder.start.absolute()), **words), RunSpec(kT=kT))
     plan.to_toml()  # which refuses what no file can hold, before anything is compiled
-    tilt = getattr(scene.motion, "tilt", None)
-    return plan, dataclasses.replace(to_frame(scene), spins=scene.spins, tilt=tilt)
+    return plan, to_frame(scene)
