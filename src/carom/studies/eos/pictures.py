@@ -175,9 +175,9 @@ def _curves(
     axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], species: Sequence[tuple[float, int]]
 ) -> None:
     """Draw Z by theory, of the fluid and of the crystal."""
-    shown = {"fluid": dict(equations)}
-    if equations and len(species) == 1:
-        shown["solid"] = _crystals(rows[0].dimension)
+    shown, d = {"fluid": dict(equations)}, rows[0].dimension
+    if equations and len(species) == 1 and d <= 6:
+        shown["solid"] = {"Almarza (fcc)" if d == 3 else "free volume": theory.solid(d)}
     looks = iter(palette.THEORIES * 4)
     for state, known in shown.items():
         etas = [row.packing_fraction for row in rows if row.phase == state]
@@ -189,13 +189,6 @@ def _curves(
             with contextlib.suppress(InputError):
                 z = [float(equation(float(e))) for e in eta]
                 axes.plot(eta, z, color=color, ls=line, lw=1.1, label=texts.label(name), zorder=2)
-
-
-def _crystals(dimension: int) -> dict[str, Equation]:
-    """Return the equation of state of the crystal, by name; nothing beyond six dimensions."""
-    if dimension > 6:
-        return {}
-    return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
 
 
 def _marked(rows: Sequence[Row]) -> Iterator[tuple[int, bool, list[Row]]]:

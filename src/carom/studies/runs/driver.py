@@ -278,7 +278,9 @@ class Run(Measured):
 
     def step(self, look: Look) -> bool:
         """Equilibrate, or measure a segment, or find out how many it takes; the wall time may be over."""
-        return not self._late() and super().step(look)
+        limit = self.plan.run.walltime
+        late = limit is not None and self._spent() >= limit and self.written > 0  # there is a frame at least
+        return not late and super().step(look)
 
     def block(self, look: Look) -> None:
         """Measure a segment, and write the frame at its end."""
@@ -292,7 +294,10 @@ class Run(Measured):
         """Return how many segments it takes, which fill frames, when all that were wanted are measured."""
         if self.goal is None:
             return self.done
-        found = self._error_bar()
+        with unwarned():  # short runs warn, but this one goes on
+            blocks = self.blocks()
+            main = report.volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
+        found = None if main is None else main.primary  # some never get an error bar
         if self.pilot:
             return self._size_up(found)
         if found is None or self.goal.reached(found):
@@ -329,18 +334,6 @@ class Run(Measured):
             collisions = self.marks[-1].collisions - self.marks[0].collisions
             seconds = more * self.engine_seconds
             self._predicted(Prediction(found.relative_error, more * collisions, seconds))
-
-    def _error_bar(self) -> Estimate | None:
-        """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
-        with unwarned():  # short runs warn, but this one goes on
-            blocks = self.blocks()
-            found = report.volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
-        return None if found is None else found.primary
-
-    def _late(self) -> bool:
-        """Return whether the wall time is over; a run has at least one frame."""
-        limit = self.plan.run.walltime
-        return limit is not None and self._spent() >= limit and self.written > 0
 
     # What the report asks.
 
