@@ -15,9 +15,9 @@ import math
 import time
 from pathlib import Path
 
-from carom.studies.spherical_codes.compression import compress
+from carom.studies.spherical_codes.compression import Caps
 from carom.studies.spherical_codes.repulsion import starts_for
-from carom.studies.spherical_codes.search import search
+from carom.studies.spherical_codes.search import Try
 from carom.studies.spherical_codes.spec import RATES, CodeSpec
 
 TABLE = Path(__file__).parents[1] / "data" / "spherical_codes.csv"
@@ -48,7 +48,7 @@ def main():
     parser.add_argument("--starts", type=int, help="as carom code has them, if left out")
     chosen = parser.parse_args()
     table = best_known()
-    compress({"n": 9, "dimension": chosen.k, "seed": 0, "rate": 0.2})
+    Caps.measure({"n": 9, "dimension": chosen.k, "seed": 0, "rate": 0.2})
     print("|  n | table | best found | seeds that reached it | CPU s a seed |")
     print("|---|---|---|---|---|")
     for n in chosen.n:
@@ -59,7 +59,7 @@ def main():
         known = table.get((chosen.k, n))
         cosines: list[float] = []
         for task in tasks:
-            cosine = search(task)["cosine"]
+            cosine = Try.measure(task)["cosine"]
             cosines.append(math.inf if cosine is None else cosine)
             if chosen.until and known is not None and min(cosines) <= goal_of(known):
                 break

@@ -49,7 +49,7 @@ from carom.observables import BondOrder, DensityProfile, Dynamics, HelfandCurren
 from carom.simulation import run_loop
 from carom.simulation.measuring import flying, stretches
 from carom.simulation.run_state import RunState
-from carom.studies.eos.measure import measure
+from carom.studies.eos.measure import Point
 from carom.studies.eos.spec import StudySpec
 from carom.studies.scenes import scene_spec
 from carom.studies.start import start as begin
@@ -529,7 +529,7 @@ def tasks(given: argparse.Namespace) -> None:
         found = []
         for frames in (0, None):
             study = StudySpec((eta,), replicas=8, collisions_per_particle=1, equilibration=1, frames=frames)
-            seconds = [beside(partial(perform, measure, task)) for task in study.tasks()]
+            seconds = [beside(partial(perform, Point.measure, task)) for task in study.tasks()]
             found.append(np.median(seconds[1:]))  # the first one loads what is compiled
         scene = scene_spec(next(iter(study.tasks()))["scene"])
         placing = np.median([beside(partial(begin, scene, np.random.default_rng(k))) for k in range(7)])

@@ -24,7 +24,7 @@ for d, (etas, sizes) in POINTS.items():
             length = 2.0 * COLLISIONS / n
             spec = system.spec(n, collisions_per_particle=length, equilibration=1000.0, blocks=BLOCKS, seed=7)
             result = PressureRun.measure(spec.tasks()[0], Look())
-            z = next(iter(estimates_of(result, d).values()))
+            z = next(iter(estimates_of(d, result).values()))
             exact = system.z()
             bias = (z.mean - system.shift(n) - exact) / exact
             print(

@@ -245,7 +245,7 @@ def test_a_summary_is_written_without_what_cannot_be_computed(tmp_path, monkeypa
         raise InputError("No virial coefficients are known.")
 
     monkeypatch.setattr(phases, "_mixture_theory", unknown)
-    monkeypatch.setattr(report, "_obstacles", lambda facts: [1 / 0])
+    monkeypatch.setattr(report, "_obstacles", lambda run: [1 / 0])
     plan = full_run.plan(equilibration=5, measured=50, frames=2, without=("gsd",))
     with pytest.warns(CaromWarning) as told, pytest.raises(ZeroDivisionError):
         carom.run(plan, tmp_path / "run")

@@ -231,10 +231,10 @@ def test_a_temperature_that_is_missed_by_more_than_its_error_bar_is_told(
 ):
     plan = SimpleNamespace(run=SimpleNamespace(kT=2.0, event_log=False))
     sim = carom.Simulation(carom.Scene.crystal(32, 0.3, impact=impact), seed=0)
-    facts = SimpleNamespace(
-        plan=plan, sim=sim, energy_drift=1e-15, blocks=[Block(10.0, 1, 1.0)], equilibration=(9, equilibration)
+    run = SimpleNamespace(
+        plan=plan, sim=sim, rounds=[(0, 0.0)], measured=[Block(10.0, 1, 1.0)], equilibrated=(9, equilibration)
     )
-    said = _other_temperature(facts, Estimate(kT, error, 100.0, 1.0, 100))
+    said = _other_temperature(run, Estimate(kT, error, 100.0, 1.0, 100))
     assert (said is not None) == told
     if told:
         assert f"its mean is {kT}" in said[0]

@@ -282,14 +282,14 @@ def test_of_a_run_the_part_of_the_displacement_in_its_measured_stretch_counts(mo
     scene = SimpleNamespace(positions=start, interaction=None)
     frame = SimpleNamespace(unwrapped=start + moved, tilt=None, dimension=3)
     sim = SimpleNamespace(scene=scene, time=8.0, frame=lambda: frame)
-    facts = SimpleNamespace(
+    run = SimpleNamespace(
         sim=sim,
         first_places=start,
-        blocks=[SimpleNamespace(duration=0.5)] * 4,
+        measured=[SimpleNamespace(duration=0.5)] * 4,
         thermometer=SimpleNamespace(doubts=lambda error: []),
     )
     pressure = SimpleNamespace(steady=True, primary=Estimate(1.0, 0.1, 100.0, 1.0, 100))
     monkeypatch.setattr(report, "slow_structure", lambda scene, square: [square])
-    (square,) = report._doubts(facts, pressure, None)
+    (square,) = report._doubts(run, pressure, None)
     own = moved - moved.mean(axis=0)
     assert square == pytest.approx(2.0 / 8.0 * np.mean(np.sum(own**2, axis=1)), rel=1e-12)

@@ -80,7 +80,7 @@ def nothing_runs(monkeypatch, tmp_path):
     )
     monkeypatch.setattr(
         "carom.studies.packings.pack.Compression.begun",
-        lambda scene, *how: ask(scene.positions.tobytes(), scene.diameters.tobytes(), *how[:5]),
+        lambda scene, asked: ask(scene.positions.tobytes(), scene.diameters.tobytes(), asked),
     )
     monkeypatch.setattr(
         "carom.studies.planner.pressure.PressureMethod.pilot",
@@ -117,8 +117,9 @@ def test_a_function_and_its_command_read_the_same_of_a_scene_file(name, tmp_path
 def test_what_a_file_says_is_done_by_the_function(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(FILE)
-    (_, _, stages, limit, common, seed, neighbors) = asked(carom.pack, path)
-    assert (stages, limit, common, seed, neighbors) == (((0.2, 50.0),), None, True, 8, "auto")
+    (_, _, spec) = asked(carom.pack, path)
+    assert (spec.plan, spec.collisions, spec.common) == (((0.2, 50.0),), None, True)
+    assert (spec.seed, spec.neighbors) == (8, "auto")
     assert asked(carom.plan, scene=path)[1:] == ("Z", 64, 6, 3.5, 2.0)
     (spec,) = asked(carom.equation_of_state, [0.1], scene=path)
     assert (spec.packing_fraction, spec.n, spec.dimension, spec.replicas) == ((0.1,), (32,), 2, 3)

@@ -29,7 +29,7 @@ from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
 from carom.studies import EquationOfState, StudySpec, executors as engines, folder as tasks, scenes
 from carom.studies.eos import fits, pictures, table
-from carom.studies.eos.measure import Planned, measure
+from carom.studies.eos.measure import Planned, Point
 from carom.studies.eos.order import ORDERS, q_6
 from carom.studies.start import start as start_of
 from carom.studies.study import Failure, perform
@@ -43,7 +43,7 @@ load = EquationOfState.load
 
 def simulate(task):
     """The record of a task."""
-    return perform(measure, task)
+    return perform(Point.measure, task)
 
 
 def rows_of_records(records, equation=None):

@@ -12,7 +12,6 @@ from carom.errors import InputError
 from carom.studies import Packings, PackSpec
 from carom.studies.folder import Folder
 from carom.studies.packings.compression import Compression
-from carom.studies.packings.spec import points_of
 from carom.studies.signals import Interrupted
 
 SMALL = {"dimension": 2, "rate": 0.1, "until_Z": 1e6}
@@ -177,13 +176,13 @@ def test_a_study_of_packings_is_a_file():
 )
 def test_packings_start_from_what_is_asked_for(given):
     spec = PackSpec(dimension=2, seeds=2, **given)
-    for start in (spec.start(1), points_of(spec.tasks()[0])):
+    for start in (spec.start(1), PackSpec.of_task(spec.tasks()[0]).start(1)):
         assert start.n == given.get("n", 5)
         assert start.periodic == (not given.get("walls", False),) * 2
         if "packing_fraction" in given:
             assert start.packing_fraction == pytest.approx(given["packing_fraction"], rel=1e-12)
         assert len(np.unique(start.diameters)) == len(given.get("species", [0]))
-    assert (spec.start(2).positions == points_of(spec.tasks()[1]).positions).all()
+    assert (spec.start(2).positions == PackSpec.of_task(spec.tasks()[1]).start(2).positions).all()
 
 
 def test_species_of_points_have_names_as_those_of_a_scene():

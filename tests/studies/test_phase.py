@@ -128,8 +128,8 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     still = at_rest(scene, images=0 * images)
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
     plan = SimpleNamespace(scene=SimpleNamespace(start="fcc"))
-    facts = SimpleNamespace(sim=sim, plan=plan, first_places=scene.positions)
-    drawn = lines(compared(scene, _phase(facts)))
+    run = SimpleNamespace(sim=sim, plan=plan, first_places=scene.positions)
+    drawn = lines(compared(scene, _phase(run)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
     assert drawn["Almarza (fcc)"] == best.Z
 

@@ -31,10 +31,10 @@ from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, chosen,
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.measures import Counted, PressureRun, estimates
 from carom.studies.planner.pilot import Pilot
-from carom.studies.planner.plan import Size, load
+from carom.studies.planner.plan import Size, load, system_of
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import residual, sizes
-from carom.studies.planner.system import System, of_scene
+from carom.studies.planner.system import System
 from carom.studies.signals import Interrupted
 from carom.studies.study import Look
 from carom.theory.mixture_size import mixture_finite_size_shift
@@ -279,8 +279,8 @@ def test_a_scene_file_says_what_there_is(tmp_path):
         "[scene]\ndimension = 2\npacking_fraction = 0.3\n"
         "species.small = { count = 30 }\nspecies.large = { count = 10, diameter = 2.0 }\n[run]\nkT = 2.0\n"
     )
-    system, n = of_scene(path)
-    assert (system.dimension, n, system.kT) == (2, 40, 2.0)
+    system = system_of(None, None, None, path)
+    assert (system.dimension, system.kT) == (2, 2.0)
     assert system.fractions == [0.75, 0.25]
     assert system.packing_fraction == pytest.approx(0.3)
 
@@ -349,6 +349,16 @@ def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):
     assert json.loads(done.save(tmp_path).read_text())["reached"]["error"] == done.error
     with pytest.raises(FileError, match="does not exist; expected a plan"):
         load(tmp_path / "elsewhere")
+
+
+def test_a_plan_that_is_refused_leaves_nothing(tmp_path):
+    with pytest.raises(InputError, match="bias of the finite size alone"):
+        carom.plan("Z=1e-6", packing_fraction=0.3, n=64, pilot_seconds=0.5, out=tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "note.txt").write_text("mine")
+    with pytest.raises(InputError, match="dimensions"):
+        carom.plan("D=1e-2", packing_fraction=0.3, dimension=2, out=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["note.txt"]
 
 
 def test_a_pilot_that_is_stopped_goes_on_inside_in_the_folder_of_the_plan(planned, tmp_path):

@@ -102,7 +102,7 @@ def _of_pack(words):
 
 
 def _of_plan(words):
-    system, _ = of_plan(SceneFile.from_toml(f"{words}\n[run]\nkT = 1.0"))
+    system = of_plan(SceneFile.from_toml(f"{words}\n[run]\nkT = 1.0"))
     (task,) = system.spec(30).tasks()
     return simulation_of(task).scene
 

@@ -18,7 +18,7 @@ from carom.errors import InputError
 from carom.studies import CodeSpec
 from carom.studies.signals import Interrupted
 from carom.studies.spherical_codes.basin_hopping import improve
-from carom.studies.spherical_codes.compression import compress, random_points
+from carom.studies.spherical_codes.compression import Caps, random_points
 from carom.studies.spherical_codes.contacts import contact_graph
 from carom.studies.spherical_codes.linear_programs import climb
 from carom.studies.spherical_codes.newton import polish, refine
@@ -81,7 +81,7 @@ def test_algebraic_codes_come_out_to_thirty_digits(n):
 @pytest.mark.parametrize("n", [4, 5, 6])
 def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):
     """The search is not asked for these; here it is."""
-    code = polish(np.array(compress({"n": n, "dimension": 3, "seed": 0, "rate": 0.02})["points"]))
+    code = polish(np.array(Caps.measure({"n": n, "dimension": 3, "seed": 0, "rate": 0.02})["points"]))
     _, cosine, residual = refine(code, 32)
     assert residual < MOST
     with mpmath.workdps(40):
@@ -143,7 +143,7 @@ def test_hops_lead_to_a_code_that_is_not_worse():
 @pytest.mark.slow
 def test_a_compression_ends_where_the_caps_jam():
     """At a reduced pressure of 1e8, not after a number of collisions."""
-    jammed = compress({"n": 9, "dimension": 3, "seed": 0, "rate": 0.2})
+    jammed = Caps.measure({"n": 9, "dimension": 3, "seed": 0, "rate": 0.2})
     assert 1e8 <= jammed["pressure"] < 1e10
     assert jammed["collisions"] < 9 * 500
 
@@ -218,7 +218,7 @@ def without_growth(monkeypatch):
             "forces": code.forces.tolist(),
         }
 
-    monkeypatch.setattr("carom.studies.spherical_codes.study.search", search)
+    monkeypatch.setattr(Codes, "measure", staticmethod(search))
     return seeds
 
 
@@ -251,16 +251,14 @@ def test_digits_are_no_other_search(tmp_path, without_growth):
 
 
 def test_ctrl_c_prints_and_writes_the_best_so_far(tmp_path, without_growth, monkeypatch):
-    from carom.studies.spherical_codes import study
-
-    whole = study.search
+    whole = Codes.measure
 
     def search(task, look):
         if task["seed"] == 3:
             signal.raise_signal(signal.SIGINT)
         return whole(task, look)
 
-    monkeypatch.setattr(study, "search", search)
+    monkeypatch.setattr(Codes, "measure", staticmethod(search))
     done = typed(7, "--tries", 5, "--out", tmp_path / "seven")
     assert done.exit_code == 130
     assert "reached by 1 of 2, first by seed 2" in done.stdout
@@ -279,7 +277,7 @@ def test_tries_without_a_code_are_in_the_table_and_none_with_one_is_an_error(tmp
     def search(task, look):
         return {"points": None, "cosine": None, "problem": "the caps never jammed."}
 
-    monkeypatch.setattr("carom.studies.spherical_codes.study.search", search)
+    monkeypatch.setattr(Codes, "measure", staticmethod(search))
     done = typed(7, "--tries", 2, "--out", tmp_path / "seven")
     assert done.exit_code == 3
     assert "None of 2 tries led to a code; from seed 1, the caps never jammed. Give more" in done.stdout

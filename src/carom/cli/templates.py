@@ -24,16 +24,11 @@ from carom.studies.transport.spec import TransportSpec
 from carom.texts import typed
 
 SPECS: dict[str, type[Spec]] = {
-    "scene": SceneSpec,
-    "run": RunSpec,
-    "study": StudySpec,
-    "transport": TransportSpec,
-    "shear": ShearSpec,
-    "pack": PackSpec,
-    "plan": PlanSpec,
-    "code": CodeSpec,
-    "trade": TradeSpec,
-}
+    spec.section: spec
+    for spec in (
+        SceneSpec, RunSpec, StudySpec, TransportSpec, ShearSpec, PackSpec, PlanSpec, CodeSpec, TradeSpec,
+    )
+}  # fmt: skip
 """What each section may hold."""
 
 NAMES = (

@@ -6,7 +6,7 @@ import gc
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError
 from carom.figures.palette import SERIES
@@ -53,6 +53,15 @@ def sheet(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
     axes = figure.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes
+
+
+def panels(width: float, height: float, rows: int = 1, columns: int = 1, **how: Any) -> tuple[Figure, Any]:
+    """Return a figure [inches], and its panels, each without the frame above it and to the right."""
+    figure = figure_of(width, height)
+    found = figure.subplots(rows, columns, **how)
+    for axes in found.ravel():
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure, found
 
 
 def lay_out(figure: Figure, axes: Axes) -> None:

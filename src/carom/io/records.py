@@ -10,16 +10,14 @@ import json
 import math
 import numbers
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from carom import checks
+from carom.declared import Check, number as number, switch as switch
 from carom.errors import FileError, InputError
 from carom.paths import reason
-
-Check = Callable[[Any, str], Any]
-"""Returns a value as it is used, or raises InputError; the second argument is what to call it."""
 
 LARGEST = 2**26
 """Largest size of a JSON file [bytes]; the records of a study are the largest ones."""
@@ -135,11 +133,6 @@ def _refuse_depth(value: Any) -> None:
         level = below
 
 
-def number(*, low: float = -math.inf, high: float = math.inf, open_low: bool = False) -> Check:
-    """Return the check of a number."""
-    return lambda value, name: checks.number(value, name, low=low, high=high, open_low=open_low)
-
-
 def integer(*, low: int = 0, high: int = 2**63 - 1) -> Check:
     """Return the check of an integer."""
     return lambda value, name: checks.integer(value, name, low=low, high=high)
@@ -149,13 +142,6 @@ def text(value: Any, name: str) -> str:
     """Check a text."""
     if not isinstance(value, str):
         raise InputError(f"{name} must be text, found {checks.describe(value)}.")
-    return value
-
-
-def switch(value: Any, name: str) -> bool:
-    """Check true or false."""
-    if not isinstance(value, bool):
-        raise InputError(f"{name} must be true or false, found {checks.describe(value)}.")
     return value
 
 

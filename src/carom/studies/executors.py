@@ -43,10 +43,6 @@ class Failed(Exception):
     """A task failed, and why, in a clause; every process can read it, unlike the error itself."""
 
 
-def _nothing(*_: object) -> None:
-    """Do nothing."""
-
-
 @dataclass(frozen=True)
 class Place:
     """Where tasks run.
@@ -69,7 +65,7 @@ class Place:
 
     name: str
     submit: Callable[[Callable[[Any], Any], Any], Future[Any]]
-    end: Callable[[bool], object] = field(default_factory=lambda: _nothing)
+    end: Callable[[bool], object] = field(default_factory=lambda: lambda now: None)
     local: bool = False
     capacity: int | None = None
     replaces: bool = False

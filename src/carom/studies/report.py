@@ -61,7 +61,9 @@ def page(study: Any) -> str:
     said = " ".join([f"{study.progress[0].upper()}{study.progress[1:]} done.", *study.sentences()])
     parts: list[tuple[str, Any]] = [*(("Results", each) for each in study.tables()), *study.parts()]
     if study.failures:
-        parts.append((f"{study.unit.capitalize()} that failed", _failures(study)))
+        rows = [(study.place(failure.task), failure.reason) for failure in study.failures]
+        failed = of_texts(("where", "what happened"), rows, left=2)
+        parts.append((f"{study.unit.capitalize()} that failed", replace(failed, flagged=lambda row: True)))
     parts += [("Provenance", _provenance(study)), ("To repeat it", _repeat(study))]
     title = html(study.title)
     # Parts with the heading of the part before them stand below the same one.
@@ -84,11 +86,6 @@ def _shown(part: Any, heading: str) -> str:
     part.savefig(data, format="svg", transparent=True)  # on the ground of either theme
     coded = base64.b64encode(data.getvalue()).decode("ascii")
     return f'<p><img alt="{html(heading)}" src="data:image/svg+xml;base64,{coded}"></p>'
-
-
-def _failures(study: Any) -> Table:
-    rows = [(study.place(failure.task), failure.reason) for failure in study.failures]
-    return replace(of_texts(("where", "what happened"), rows, left=2), flagged=lambda row: True)
 
 
 def _provenance(study: Any) -> Table:

@@ -181,6 +181,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
         while len(group) > 2 and chi_squared_tail(chi2, len(group) - 2) < LEVEL:
             group = group[1:]
             c, covariance, chi2 = _line(group)
+        last = group[-1]
         found.append(
             Extrapolation(
                 packing_fraction=eta,
@@ -189,18 +190,13 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
                 Z_error=math.sqrt(covariance[0, 0]),
                 slope=float(c[1]),
                 slope_error=math.sqrt(covariance[1, 1]),
-                theory_slope=_theory_slope(group[-1]),
+                theory_slope=(
+                    1.0 - last.theory if last.phase == "solid" else last.n * (last.Z - last.Z_infinite)
+                ),
                 chi2=chi2,
             )
         )
     return found
-
-
-def _theory_slope(row: Row) -> float:
-    """Return the slope of Z against 1 / N by theory; nan where there is none."""
-    if row.phase == "solid":
-        return 1.0 - row.theory
-    return row.n * (row.Z - row.Z_infinite)
 
 
 def _line(group: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, float]:

@@ -115,9 +115,6 @@ class Point(Fluid):
         return {**result, "timings": {"engine_seconds": self.sim._state.seconds}}
 
 
-measure = Point.measure
-
-
 def _plain(estimate: Estimate) -> dict[str, float | None]:
     """Return an estimate as JSON values; numbers that are not finite are None."""
     values = {name: getattr(estimate, name) for name in ("mean", "error", "n_eff", "tau", "blocks")}

@@ -43,12 +43,11 @@ def study(
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
     chosen = _equations(result, equations)
-    figure = style.figure_of(7.0, 6.4 if chosen else 4.2)
     # Without an equation of state there are no deviations to draw.
     heights = [3.0, 2.0] if chosen else [3.0]
-    panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    for axes in panels:
-        axes.spines[["top", "right"]].set_visible(False)
+    how: dict[str, Any] = {"sharex": True, "squeeze": False, "height_ratios": heights}
+    figure, found = style.panels(7.0, 6.4 if chosen else 4.2, len(heights), **how)
+    panels = found[:, 0]
     species = result.records[0]["result"]["species"]
     top = panels[0]
     _curves(top, rows, chosen, species)
@@ -81,11 +80,8 @@ def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
         return None
-    figure = style.figure_of(7.0, 5.6)
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    figure, (top, bottom) = style.panels(7.0, 5.6, 2, sharex=True)
     symbol = {2: r"\psi_6", 3: "Q_6"}[rows[0].dimension]
-    for axes in (top, bottom):
-        axes.spines[["top", "right"]].set_visible(False)
     for number, n in enumerate(sorted({row.n for row in rows})):
         some = [row for row in rows if row.n == n]
         eta = [row.packing_fraction for row in some]
@@ -120,10 +116,9 @@ def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure 
         return None
     columns = min(3, len(fits))
     lines = math.ceil(len(fits) / columns)
-    figure = style.figure_of(3.2 * columns + 0.6, 2.7 * lines + 0.3)
-    panels = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
+    figure, found = style.panels(3.2 * columns + 0.6, 2.7 * lines + 0.3, lines, columns, squeeze=False)
+    panels = found.ravel()
     for axes, fit in zip(panels, fits, strict=False):
-        axes.spines[["top", "right"]].set_visible(False)
         some = [row for row in result.table if row.packing_fraction == fit.packing_fraction]
         inverse = np.array([1.0 / row.n for row in some])
         for row in some:
@@ -180,9 +175,9 @@ def _curves(
     axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], species: Sequence[tuple[float, int]]
 ) -> None:
     """Draw Z by theory, of the fluid and of the crystal."""
-    shown = {"fluid": dict(equations)}
-    if equations and len(species) == 1:
-        shown["solid"] = _crystals(rows[0].dimension)
+    shown, d = {"fluid": dict(equations)}, rows[0].dimension
+    if equations and len(species) == 1 and d <= 6:
+        shown["solid"] = {"Almarza (fcc)" if d == 3 else "free volume": theory.solid(d)}
     looks = iter(palette.THEORIES * 4)
     for state, known in shown.items():
         etas = [row.packing_fraction for row in rows if row.phase == state]
@@ -194,13 +189,6 @@ def _curves(
             with contextlib.suppress(InputError):
                 z = [float(equation(float(e))) for e in eta]
                 axes.plot(eta, z, color=color, ls=line, lw=1.1, label=texts.label(name), zorder=2)
-
-
-def _crystals(dimension: int) -> dict[str, Equation]:
-    """Return the equation of state of the crystal, by name; nothing beyond six dimensions."""
-    if dimension > 6:
-        return {}
-    return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
 
 
 def _marked(rows: Sequence[Row]) -> Iterator[tuple[int, bool, list[Row]]]:

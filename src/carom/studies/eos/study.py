@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from carom import theory
 from carom.errors import InputError
 from carom.studies.eos import fits
-from carom.studies.eos.measure import measure
+from carom.studies.eos.measure import Point
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, compared, row
 from carom.studies.grid import SCENE
@@ -67,7 +67,7 @@ class EquationOfState(GridStudy[StudySpec]):
 
     Spec: ClassVar[type[StudySpec]] = StudySpec
     name: ClassVar[str] = "eos"
-    measure = staticmethod(measure)
+    measure = staticmethod(Point.measure)
 
     @functools.cached_property
     def table(self) -> Table:

@@ -168,7 +168,8 @@ def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
     if drift.drifts(drifts):
         remarks.append("the pressure drifts")
     if order_drifts and drift.drifts(order_drifts):
-        remarks.append(f"{_order_name(results)} drifts")
+        name = next(result["order"]["name"] for result in results if result.get("order"))
+        remarks.append(f"{name} drifts")
     # One run in a thousand fails this test by chance, but not two of the same row.
     if sum(bool(r.get("species_differ")) for r in results) >= min(len(results), 2):
         remarks.append("species differ in temperature")
@@ -176,7 +177,8 @@ def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
         remarks.append("particles are where they began")
     if state == "solid" and d > 1 and max(float(r["moved_at_end"]) for r in results) > drift.STUCK:
         remarks.append("the crystal has melted")
-    if _improbable(chi2, len(results) - 1):
+    degrees = len(results) - 1
+    if degrees and math.isfinite(chi2) and chi_squared_tail(chi2, degrees) < LEVEL:
         remarks.append("replicas disagree")
     few = any((r["Z"]["n_eff"] or 0.0) < FEW for r in results if z_error > 0.0)
     few = few or not all(r.get("relaxed", True) for r in results)
@@ -236,10 +238,6 @@ def _value(equation: Equation | None, eta: float) -> float:
         return math.nan
 
 
-def _order_name(results: list[dict[str, Any]]) -> str:
-    return str(next(result["order"]["name"] for result in results if result.get("order")))
-
-
 def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, list[float]]:
     """Return mean and error of the order parameter, its susceptibility, and the trends of the replicas."""
     series = [result["order"]["values"] for result in results if result.get("order")]
@@ -253,10 +251,3 @@ def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, 
     if len(means) > 1:
         error = math.sqrt(math.fsum((m - mean) ** 2 for m in means) / len(means) / (len(means) - 1))
     return mean, error, n * max(variance, 0.0), [drift.drift(values, parts=8) for values in series]
-
-
-def _improbable(chi2: float, degrees: int) -> bool:
-    """Return whether chi squared is larger than chance explains."""
-    if not math.isfinite(chi2) or degrees < 1:
-        return False
-    return chi_squared_tail(chi2, degrees) < LEVEL

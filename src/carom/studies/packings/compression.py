@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from carom.simulation.tuning import Tuning
 from carom.studies.job import Job, Look
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.result_folders import ResultFolder
+
+if TYPE_CHECKING:
+    from carom.studies.packings.spec import PackSpec
 
 FAST, SLOW = 0.02, 1e-3
 """Default rates: fast while spheres could still order, then slow enough to close the contacts."""
@@ -171,23 +174,14 @@ class Compression(Job):
         self.history = [tuple(row) for row in self.history]  # type: ignore[misc]
 
     @classmethod
-    def begun(
-        cls,
-        scene: Scene,
-        plan: tuple[Stage, ...],
-        limit: int | None,
-        common: bool,
-        seed: int,
-        neighbors: str,
-        pictures: bool = False,
-    ) -> Self:
-        """Return the compression of a scene at its start; the arguments are as in :func:`pack`."""
-        unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
+    def begun(cls, scene: Scene, asked: PackSpec) -> Self:
+        """Return the compression of a scene at its start."""
+        plan, seed, tuning = asked.plan, asked.seed, Tuning(neighbors=asked.neighbors)
+        unit = np.full(scene.n, 1.0) if asked.common else scene.diameters / scene.diameters.mean()
         unit = unit / math.sqrt(scene.mass)
-        checks.integer(seed, "seed", low=0)
-        sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
+        sim = Simulation(scene, seed=seed, tuning=tuning, growth=plan[0].rate * unit)
         sim.rescale(1.0)
-        return cls({}, sim, plan, limit, unit, seed, pictures, _digest(scene))
+        return cls({}, sim, plan, asked.collisions, unit, seed, asked.pictures, _digest(scene))
 
     def settings(self) -> dict[str, Any]:
         """Return what decides every bit of the result."""

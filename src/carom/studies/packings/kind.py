@@ -12,9 +12,10 @@ from carom.errors import FileError, InputError
 from carom.io import records
 from carom.io.trajectory import open_reader
 from carom.models.files.tables import from_table
+from carom.notebook import watchable
 from carom.studies.info import Info
-from carom.studies.packings.compression import PackingFolder
-from carom.studies.packings.pack import resume_packing
+from carom.studies.packings.compression import Compression, PackingFolder
+from carom.studies.packings.pack import carried_out
 from carom.studies.packings.packing import HISTORY, Packing
 
 _SUMMARY = records.table(
@@ -42,9 +43,12 @@ def load(folder: Path) -> Packing:
     return Packing(frame, history, found["note"], found["seed"], found["shrunk"], obstacles)
 
 
-def resume(folder: Path, *, progress: Any, **_: Any) -> Packing:
-    """Continue a packing."""
-    return resume_packing(folder, progress=progress)
+@watchable("Packing")
+def resume(folder: Path, *, progress: Any = None, **_: Any) -> Packing:
+    """Continue a packing; the result is bit-identical to an uninterrupted one."""
+    files = PackingFolder(folder)
+    with files.owned():
+        return carried_out(Compression.load({}, files.checkpoint), files, progress)
 
 
 def tell(found: Info, folder: Path) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene.species import Species
@@ -19,7 +19,7 @@ from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
 from carom.studies.job import Look, Stopped
-from carom.studies.packings.compression import Compression, PackingFolder, Progress, stages_of
+from carom.studies.packings.compression import Compression, PackingFolder, Progress
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec
 from carom.studies.result_folders import check_same
@@ -161,12 +161,9 @@ def packed(
         raise InputError("A packing needs at least two particles, found one.")
     if getattr(scene.motion, "curved", False):
         raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
-    plan = stages_of(asked.rate, asked.until_Z, asked.collisions, asked.stages)
-    compression = Compression.begun(
-        scene, plan, asked.collisions, asked.common, asked.seed, asked.neighbors, asked.pictures
-    )
+    compression = Compression.begun(scene, asked)
     if folder is None:
-        return _carried_out(compression, None, progress)
+        return carried_out(compression, None, progress)
     with folder.owned():
         if goes_on:
             kept = Compression.load({}, folder.checkpoint)
@@ -174,12 +171,10 @@ def packed(
             compression = kept
         else:
             folder.clear()
-        return _carried_out(compression, folder, progress)
+        return carried_out(compression, folder, progress)
 
 
-def _carried_out(
-    compression: Compression, folder: PackingFolder | None, progress: Progress | None
-) -> Packing:
+def carried_out(compression: Compression, folder: PackingFolder | None, progress: Progress | None) -> Packing:
     """Run a compression to the end, and write the results to the folder if there is one."""
     with stoppable() as stop:
         stop.deferred = True
@@ -196,15 +191,3 @@ def _carried_out(
             stop.deferred = False
             packing.save(folder.path, pictures=compression.pictures)
     return packing
-
-
-@watchable("Packing")
-def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
-    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one."""
-    folder = PackingFolder(Path(out))
-    if not folder.checkpoint.is_file():
-        raise FileError(
-            f"{out} holds no packing of Carom; start one with `{typed('carom pack --out', out)}`."
-        )
-    with folder.owned():
-        return _carried_out(Compression.load({}, folder.checkpoint), folder, progress)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from carom.declared import SEED, described, integer, number, option, said, switch
+from carom.declared import SEED, described, fields_of, integer, number, option, said, switch
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
 from carom.spec import tables_of
@@ -121,32 +121,38 @@ class PackSpec(Beside):
 
     def complete(self) -> None:
         """Check stages, and of several packings the start; errors are those of :class:`PackSpec`."""
-        from carom.studies.packings.compression import stages_of
-
-        plan = stages_of(self.rate, self.until_Z, self.collisions, self.stages)
+        plan = self.plan
         if self.seeds is None:
             return
         if self.stages is not None and plan[-1].until_Z is None:
             raise InputError("Each of the stages of a study needs a Z at which it ends.")
         self.start(self.seed)
 
+    @property
+    def plan(self) -> tuple[Any, ...]:
+        """The stages."""
+        from carom.studies.packings.compression import stages_of
+
+        return stages_of(self.rate, self.until_Z, self.collisions, self.stages)
+
     def start(self, seed: int) -> Any:
         """Return the points of a ``seed``, a Scene."""
-        return points_of({**self.words(), "seed": seed})
+        from carom.scene.species import Species
+        from carom.studies.packings.compression import N, points
+
+        species = [Species(**each) for each in self.species or ()]
+        n = N if self.n is None and not (species and species[0].count is not None) else self.n
+        fraction = self.packing_fraction or None
+        return points(
+            n, self.dimension, seed=seed, species=species or None, walls=self.walls, packing_fraction=fraction
+        )
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the packings, by seed."""
         shared = self.settings()
         return [{**shared, "seed": seed} for seed in range(self.seed, self.seed + (self.seeds or 1))]
 
-
-def points_of(task: Mapping[str, Any]) -> Any:
-    """Return the points of a ``task``, a Scene."""
-    from carom.scene.species import Species
-    from carom.studies.packings.compression import N, points
-
-    given = {name: task[name] for name in ("packing_fraction", "walls") if task.get(name)}
-    n, species = task.get("n"), [Species(**each) for each in task.get("species", ())]
-    if n is None and not (species and species[0].count is not None):
-        n = N
-    return points(n, task["dimension"], seed=task["seed"], species=species or None, **given)
+    @classmethod
+    def of_task(cls, task: Mapping[str, Any]) -> Self:
+        """Return what a ``task`` asks for: one packing."""
+        return cls(**{name: task[name] for name in fields_of(cls) if name in task})

@@ -16,10 +16,10 @@ from carom.errors import InputError
 from carom.observables.statistics import value_with_error
 from carom.results import as_saved, from_dict
 from carom.studies.folder import Task
-from carom.studies.packings.compression import PER_FACTOR, Compression, N, Stage, stages_of
+from carom.studies.packings.compression import PER_FACTOR, Compression, N
 from carom.studies.packings.pack import asked_of
 from carom.studies.packings.packing import Packing
-from carom.studies.packings.spec import PackSpec, points_of
+from carom.studies.packings.spec import PackSpec
 from carom.studies.signatures import documented
 from carom.studies.study import Study
 from carom.table import Column, Table
@@ -51,25 +51,18 @@ class Row:
     note: str
 
 
-def _stages(task: Task) -> tuple[Stage, ...]:
-    return stages_of(*(task.get(name) for name in ("rate", "until_Z", "collisions", "stages")))
-
-
 class Seed(Compression):
     """The packing of a seed."""
 
     @classmethod
     def begin(cls, task: Task) -> Self:
         """Return the packing that a ``task`` describes, at its start."""
-        how = task.get("collisions"), task["common"], task["seed"], task["neighbors"]
-        return cls.begun(points_of(task), _stages(task), *how)
+        asked = PackSpec.of_task(task)
+        return cls.begun(asked.start(asked.seed), asked)
 
     def result(self) -> dict[str, Any]:
         """Return the packing as JSON values."""
         return as_saved(self.packing())
-
-
-measure = Seed.measure
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,13 +75,15 @@ class Packings(Study[PackSpec]):
     Spec: ClassVar[type[PackSpec]] = PackSpec
     name: ClassVar[str] = "pack"
     unit: ClassVar[str] = "packings"
-    measure = staticmethod(measure)
+    measure = staticmethod(Seed.measure)
 
     @staticmethod
     def cost(task: Task) -> float:
         """Return the work of a task [collisions], as far as it is known before."""
         n = task.get("n") or sum(each.get("count") or 0 for each in task.get("species", ())) or N
-        ends = [(stage.rate, math.log(stage.until_Z)) for stage in _stages(task) if stage.until_Z]
+        ends = [
+            (stage.rate, math.log(stage.until_Z)) for stage in PackSpec.of_task(task).plan if stage.until_Z
+        ]
         steps = zip(ends, [0.0, *(end for _, end in ends)], strict=False)
         factor = 0.5 * n * PER_FACTOR.get(task["dimension"], PER_FACTOR[3])
         wanted = sum(factor / rate * max(end - begin, 0.0) for (rate, end), begin in steps)

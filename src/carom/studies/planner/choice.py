@@ -6,8 +6,10 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 from carom.errors import InputError
+from carom.studies.held import AT_LEAST_ZERO, COUNT, POSITIVE
 from carom.texts import counted
 
 WORTH = 0.1
@@ -51,14 +53,14 @@ class Costs:
 class Design:
     """A run, or replicas of it, and what they are expected to reach."""
 
-    n: int
-    replicas: int
-    equilibration: float  # collisions per particle, for each replica
-    collisions_per_particle: float  # for each replica
-    statistical: float
-    bias: float
-    error: float  # the whole, of the two parts above
-    cpu_seconds: float  # of all replicas
+    n: Annotated[int, COUNT]
+    replicas: Annotated[int, COUNT]
+    equilibration: Annotated[float, AT_LEAST_ZERO]  # collisions per particle, for each replica
+    collisions_per_particle: Annotated[float, POSITIVE]  # for each replica
+    statistical: Annotated[float, AT_LEAST_ZERO]
+    bias: Annotated[float, AT_LEAST_ZERO]
+    error: Annotated[float, POSITIVE]  # the whole, of the two parts above
+    cpu_seconds: Annotated[float, POSITIVE]  # of all replicas
 
     def seconds(self, cores: int) -> float:
         """Return the time on so many cores [s]."""

@@ -233,7 +233,7 @@ class PressureTrial(Trial, Counted):
 
     def length(self) -> int:
         """Return how many blocks it takes, when all that were wanted are measured."""
-        best = next(iter(estimates_of(self.values(), self.sim.scene.dimension).values()))
+        best = next(iter(estimates_of(self.sim.scene.dimension, self.values()).values()))
         over = best.degrees_of_freedom >= SURE or self.fraction > 1.0
         return self.done if over else 2 * self.done
 
@@ -254,9 +254,10 @@ def carried(sim: Simulation) -> np.ndarray:
     return contact * np.sqrt(2.0 * math.pi * reduced * sim.kT) / slowing
 
 
-def estimates_of(result: dict[str, Any], dimension: int) -> dict[str, Estimate]:
-    """Return the estimates of Z (:func:`estimates`) from the values of a run."""
-    return estimates(result["by_virial"], result["by_rate"], dimension)
+def estimates_of(dimension: int, *results: dict[str, Any]) -> dict[str, Estimate]:
+    """Return the estimates of Z (:func:`estimates`) from the values of runs."""
+    virial, rate = ([each[name] for each in results] for name in ("by_virial", "by_rate"))
+    return estimates(np.concatenate(virial), None if rate[0] is None else np.concatenate(rate), dimension)
 
 
 def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> dict[str, Estimate]:

@@ -78,9 +78,12 @@ class Method:
     sampling: ClassVar[str]
     run: ClassVar[type[Timed]]
     trial: ClassVar[type[Trial]]
-    trial_length: Callable[[int], float]  # collisions per particle of a pilot of n particles
     tasks: Callable[[int, int, float, float, int], list[Task]]
     system: System
+
+    def trial_length(self, n: int) -> float:
+        """Return the collisions per particle of a pilot of n particles; any if it finds its own."""
+        return 1.0
 
     def pilot(self, n: int, *, seed: int, seconds: float, equilibration: float | None) -> Task:
         """Return the task of a pilot of some CPU seconds; the equilibration is given where it is known."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -20,9 +21,12 @@ from carom.observables.statistics import unwarned
 from carom.paths import writing
 from carom.results import Result, html_of, plain
 from carom.scene_file.commands import PlanSpec
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.workers.thread_pool import cores as all_cores
+from carom.spec import file_of
 from carom.studies import executors
 from carom.studies.folder import Folder, Task
+from carom.studies.held import AT_LEAST_ZERO, COUNT, POSITIVE, check_of
 from carom.studies.job import Look
 from carom.studies.planner.choice import Costs, Design, afford, chosen, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
@@ -30,7 +34,7 @@ from carom.studies.planner.outcome import NAME as OUTCOME, Outcome
 from carom.studies.planner.pilot import Pilot, carried_out
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
-from carom.studies.planner.system import System, of_plan, of_scene
+from carom.studies.planner.system import System, of_plan
 from carom.studies.planner.target import Target
 from carom.studies.result_folders import refuse_others, refuse_to_replace
 from carom.studies.signatures import documented
@@ -51,6 +55,14 @@ PLAIN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_sec
 """Fields of a plan that are JSON values."""
 
 
+def _time(value: Any, name: str) -> float:
+    return math.inf if value is None else float(AT_LEAST_ZERO(value, name))
+
+
+def _target(value: Any, name: str) -> Target:
+    return Target.parse(records.text(value, name))
+
+
 def _time_text(seconds: float, row: object) -> str:
     # By name: an annotation knows the names of its module, and a lambda in it does not.
     return duration(seconds)
@@ -60,9 +72,10 @@ def _time_text(seconds: float, row: object) -> str:
 class Size:
     """The cost of one number of particles."""
 
-    n: Annotated[int, Column("N", key=True)]
-    bias: Annotated[float, Column("bias", ".1e")]  # possible one after the correction, in the quantity's unit
-    cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger")]
+    n: Annotated[int, Column("N", key=True), COUNT]
+    bias: Annotated[float, Column("bias", ".1e"), AT_LEAST_ZERO]
+    """Possible one after the correction, in the unit of the quantity."""
+    cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger"), _time]
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,17 +108,17 @@ class RunPlan(Result):
         CPU time of the pilots [s].
     """
 
-    target: Target
+    target: Annotated[Target, _target]
     system: System
-    value: float
+    value: Annotated[float, POSITIVE]
     estimator: str
-    ratios: Mapping[str, float]
+    ratios: Mapping[str, Annotated[float, AT_LEAST_ZERO]]
     design: Design
-    cores: int
-    walltime: float | None
+    cores: Annotated[int, COUNT]
+    walltime: Annotated[float, POSITIVE] | None
     seed: int
     sizes: tuple[Size, ...] = field(default=(), repr=False)
-    pilot_seconds: float = 0.0
+    pilot_seconds: Annotated[float, AT_LEAST_ZERO] = 0.0
 
     @property
     def error(self) -> float:
@@ -294,40 +307,6 @@ def load(folder: str | PathLike[str]) -> RunPlan:
     return records.read_json(path, of_words, "a plan of Carom", "give another folder, or plan again")
 
 
-_AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, open_low=True)
-
-_NAMED = records.table({"carom": records.text})
-
-_SYSTEM = {
-    "packing_fraction": records.number(), "dimension": records.integer(),
-    "scene": records.mapping(records.anything),
-}  # fmt: skip
-_SIZE = {
-    "n": records.integer(low=1), "bias": _AT_LEAST_ZERO, "cpu_seconds": records.optional(_AT_LEAST_ZERO),
-}  # fmt: skip
-_WORDS = records.table(
-    {
-        "carom": records.text,
-        "target": records.text,
-        "system": records.table(_SYSTEM),
-        "value": _POSITIVE,
-        "estimator": records.text,
-        "ratios": records.mapping(_AT_LEAST_ZERO),
-        "design": records.table(
-            dict.fromkeys(("n", "replicas"), records.integer(low=1))
-            | dict.fromkeys(("equilibration", "statistical", "bias"), _AT_LEAST_ZERO)
-            | dict.fromkeys(("collisions_per_particle", "error", "cpu_seconds"), _POSITIVE)
-        ),
-        "cores": records.integer(low=1),
-        "walltime": records.optional(_POSITIVE),
-        "seed": records.integer(),
-        "sizes": records.listed(records.table(_SIZE)),
-        "pilot_seconds": _AT_LEAST_ZERO,
-    }
-)
-"""The check of ``plan.json``."""
-
-
 def reserve(folder: Path) -> None:
     """Refuse a folder in which a plan would be mixed with other results, or replace files of others."""
     path = folder / NAME
@@ -342,20 +321,16 @@ def reserve(folder: Path) -> None:
 
 def of_words(value: Any, name: str) -> RunPlan:
     """Return the plan of the words that ``RunPlan.to_dict`` returned."""
-    words = _WORDS(value, name)
-    if words["carom"] != __version__:
-        raise InputError(f"it is of Carom {words['carom']}")
-    found = RunPlan(
-        target=Target.parse(words["target"]),
-        system=System(*(words["system"][name] for name in _SYSTEM)),
-        design=Design(*(words["design"][each.name] for each in dataclasses.fields(Design))),
-        sizes=tuple(Size(s["n"], s["bias"], s["cpu_seconds"] or math.inf) for s in words["sizes"]),
-        **{name: words[name] for name in PLAIN},
-    )
+    if (version := _NAMED(value, name)["carom"]) != __version__:
+        raise InputError(f"it is of Carom {version}")
+    found: RunPlan = check_of(RunPlan)(value, name)
     known = method(found.system, found.target).estimators
     if found.estimator not in known:
         raise InputError(f"estimator must be one of {', '.join(known)}, found {found.estimator[:40]!r}.")
     return found
+
+
+_NAMED = records.table({"carom": records.text})
 
 
 def method(system: System, target: Target) -> DiffusionMethod | PressureMethod:
@@ -426,14 +401,39 @@ def plan(
     """
     if target is not None and not isinstance(target, str | Target):
         raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
-    folder = None if out is None else Path(out)
-    if folder is not None:  # before a scene is made
-        reserve(folder)
-        Folder(folder).make()
-    system = system_of(packing_fraction, dimension, species, scene)
-    asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
+    with contextlib.nullcontext() if out is None else _begun(Path(out)) as folder:  # before a scene is made
+        system = system_of(packing_fraction, dimension, species, scene)
+        asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
+        goal = target if isinstance(target, Target) else Target.parse(asked.target)
+        made = _made(system, goal, asked, folder, progress)
+        if folder is not None:
+            made.save(folder)
+            shutil.rmtree(folder / PILOTS, ignore_errors=True)
+    return made
+
+
+@contextlib.contextmanager
+def _begun(folder: Path) -> Iterator[Path]:
+    """Make the folder of a plan; one that is refused leaves nothing there."""
+    reserve(folder)
+    new = not folder.exists()
+    Folder(folder).make()
+    try:
+        yield folder
+    except InputError:
+        shutil.rmtree(folder / PILOTS, ignore_errors=True)
+        if new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def _made(
+    system: System, goal: Target, asked: PlanSpec, folder: Path | None,
+    progress: Callable[[float, str], object] | None,
+) -> RunPlan:  # fmt: skip
+    """Return the plan for a target, by pilots that the folder keeps until it is made."""
     n, walltime = asked.n, asked.walltime
-    goal = target if isinstance(target, Target) else Target.parse(asked.target)
     cores = executors.check(cores=asked.cores) or all_cores()
     limit = math.inf if walltime is None else walltime
     seed = 1 if asked.seed is None else asked.seed
@@ -482,17 +482,13 @@ def plan(
     costs = filled(costs, limit)
     last = afford([costs], costs, error, cores, limit, str(goal), _asking(goal, value))
     least = min(found.variances.values())
-    made = RunPlan(
+    return RunPlan(
         target=goal, system=system, value=value, estimator=found.estimator,
         ratios={name: float(f"{v / least:.3g}") for name, v in found.variances.items()},
         design=last, cores=cores, walltime=walltime, seed=seed,
         sizes=tuple(_size(each, error, last) for each in candidates),
         pilot_seconds=math.fsum(one.seconds for one in pilots),
     )  # fmt: skip
-    if folder is not None:
-        made.save(folder)
-        shutil.rmtree(folder / PILOTS, ignore_errors=True)
-    return made
 
 
 def _size(costs: Costs, error: float, chosen: Design) -> Size:
@@ -533,13 +529,13 @@ def system_of(
         if isinstance(scene, System):
             return scene
         if hasattr(scene, "build_scene"):
-            return of_plan(scene)[0]
+            return of_plan(scene)
         if not isinstance(scene, str | PathLike):
             raise InputError(
                 "scene must be the path of a scene file, a SceneFile or a System, "
                 f"found {checks.describe(scene)}."
             )
-        return of_scene(Path(scene))[0]
+        return of_plan(SceneFile.load(file_of(Path(scene))))
     if packing_fraction is None:
         raise InputError(
             "A plan needs packing_fraction (--eta), or a scene (a file, such as fluid.toml); found neither."

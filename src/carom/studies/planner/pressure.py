@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-import numpy as np
-
 from carom.observables.analysis.equilibrium import doubts
 from carom.observables.statistics import Estimate
 from carom.studies.folder import Record, Task
@@ -17,7 +15,6 @@ from carom.studies.planner.measures import (
     SURE,
     PressureRun,
     PressureTrial,
-    estimates,
     estimates_of,
 )
 from carom.studies.planner.pilot import Method, Pilot
@@ -52,14 +49,10 @@ class PressureMethod(Method):
         )  # fmt: skip
         return [{**task, "study": "plan for the pressure"} for task in spec.tasks()]
 
-    def trial_length(self, n: int) -> float:
-        """Return any length: that of a pilot follows from its equilibration."""
-        return 1.0
-
     def found(self, record: Record) -> Pilot:
         """Return the results of a pilot."""
         result = record["result"]
-        known = estimates_of(result, self.system.dimension)
+        known = estimates_of(self.system.dimension, result)
         best = next(iter(known.values()))
         # The time of short and of long blocks is that of calls, and that of collisions.
         seconds, blocks = record["provenance"]["cpu_seconds"], len(result["by_virial"])
@@ -89,12 +82,7 @@ class PressureMethod(Method):
         """Return the quantity of the infinite system, its possible bias, and doubts about it."""
         results = [record["result"] for record in records]
         n, counts, factor = results[0]["n"], results[0]["counts"], self.scale.factor
-        virial, rate = (
-            None if results[0][name] is None else np.concatenate([np.asarray(r[name]) for r in results])
-            for name in ("by_virial", "by_rate")
-        )
-        assert virial is not None
-        z = estimates(virial, rate, self.system.dimension)[estimator]
+        z = estimates_of(self.system.dimension, *results)[estimator]
         value = z.scaled(factor, offset=-(self.system.shift(n, counts) + self.scale.offset) * factor)
         said = [sentence for r in results for sentence in doubts("the pressure", z, r["by_virial"])]
         return value, residual(self.system, n) * abs(factor), list(dict.fromkeys(said))

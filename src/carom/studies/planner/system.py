@@ -7,7 +7,6 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from carom import checks, densities, theory
@@ -15,7 +14,6 @@ from carom.errors import InputError
 from carom.scene.species import counts_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
-from carom.spec import file_of
 from carom.studies.eos.spec import StudySpec
 from carom.studies.phase import usual_equation
 from carom.studies.planner.target import Scale
@@ -275,13 +273,8 @@ class System:
         return f"{kind} at packing fraction {self.packing_fraction:g}{', crystal' if self.crystal else ''}"
 
 
-def of_scene(path: str | Path) -> tuple[System, int]:
-    """Return the system of a scene file, and its number of particles."""
-    return of_plan(SceneFile.load(file_of(Path(path))))
-
-
-def of_plan(plan: SceneFile) -> tuple[System, int]:
-    """Return the system of a plan that describes one scene, and its number of particles."""
+def of_plan(plan: SceneFile) -> System:
+    """Return the system of a plan that describes one scene."""
     asked = plan.scene
     if asked.file is not None:
         raise InputError("A plan needs [scene] that says what there is, instead of a file to start from.")
@@ -299,7 +292,7 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
         words["kT"] = plan.run.kT
     if asked.species:
         words["species"] = plain(with_fractions(asked))
-    return System(made.packing_fraction, made.dimension, words), made.n
+    return System(made.packing_fraction, made.dimension, words)
 
 
 def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d: int) -> float:

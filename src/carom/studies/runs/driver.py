@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import tempfile
+import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from carom import io
 from carom.block import Block
 from carom.compiling import entry
-from carom.errors import InputError, warn
+from carom.errors import FileError, InputError, warn
 from carom.frame import Frame
-from carom.geometry.overlaps import Overlap
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.analysis.layers import Layers
@@ -142,7 +145,7 @@ class Run(Measured):
         self.goal = None if error is None else Goal(error)
         self.writers: list[Writer] = []
         self._before = 0.0  # seconds spent in earlier sessions
-        self._began = entry.running()
+        self._began, self._opened = entry.running(), clock.perf_counter()
 
     # Beginning.
 
@@ -151,7 +154,7 @@ class Run(Measured):
 
         ``start`` is the frame that is not yet written to the file in which the scene has it.
         """
-        self._report(0.0, "Preparing")
+        self.tell(0.0, "Preparing")
         plan = self.plan
         how = plan.run
         scene = plan.build_scene() if start is None else of_frame(plan.scene, start, how.seed, how.kT)
@@ -194,7 +197,7 @@ class Run(Measured):
 
     def from_checkpoint(self, notes: dict[str, Any]) -> dict[str, Any]:
         """Continue from a checkpoint; return the summary."""
-        self._report(0.0, "Preparing")
+        self.tell(0.0, "Preparing")
         with self.folder.owned():
             # All verification comes before any change of a file of the run.
             self.folder.check_unedited(self.plan)
@@ -204,7 +207,7 @@ class Run(Measured):
             self._before = self.seconds
             self.formats = tuple(notes["written"])
             self.sums = Written(self.folder, self.formats, notes["written"])
-            sources = self.sums.sources(self.written, lambda part: self._report(part, "Verifying"))
+            sources = self.sums.sources(self.written, lambda part: self.tell(part, "Verifying"))
             log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
@@ -226,7 +229,7 @@ class Run(Measured):
 
     def _compile(self) -> None:
         """Predict the first events; this compiles, for some seconds in which Ctrl-C cannot be deferred."""
-        self._report(0.0, "Compiling")
+        self.tell(0.0, "Compiling")
         self.sim.run(time=0.0)
         self.sim.frame()
 
@@ -240,7 +243,7 @@ class Run(Measured):
             self._stop.deferred = True
             self.bed = Layers(self.sim.scene, self.layers)
             look = Look(
-                lambda: self._stop.asked, self.folder.checkpoint, self, self._report,
+                lambda: self._stop.asked, self.folder.checkpoint, self, self.tell,
                 self.plan.run.checkpoint_every, strict=True,
             )  # fmt: skip
             look.keep(True)  # first: what a kill leaves of a new trajectory is replaced then
@@ -275,7 +278,9 @@ class Run(Measured):
 
     def step(self, look: Look) -> bool:
         """Equilibrate, or measure a segment, or find out how many it takes; the wall time may be over."""
-        return not self._late() and super().step(look)
+        limit = self.plan.run.walltime
+        late = limit is not None and self._spent() >= limit and self.written > 0  # there is a frame at least
+        return not late and super().step(look)
 
     def block(self, look: Look) -> None:
         """Measure a segment, and write the frame at its end."""
@@ -289,7 +294,10 @@ class Run(Measured):
         """Return how many segments it takes, which fill frames, when all that were wanted are measured."""
         if self.goal is None:
             return self.done
-        found = self._error_bar()
+        with unwarned():  # short runs warn, but this one goes on
+            blocks = self.blocks()
+            main = report.volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
+        found = None if main is None else main.primary  # some never get an error bar
         if self.pilot:
             return self._size_up(found)
         if found is None or self.goal.reached(found):
@@ -327,17 +335,42 @@ class Run(Measured):
             seconds = more * self.engine_seconds
             self._predicted(Prediction(found.relative_error, more * collisions, seconds))
 
-    def _error_bar(self) -> Estimate | None:
-        """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
-        with unwarned():  # short runs warn, but this one goes on
-            blocks = self.blocks()
-            found = report.volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
-        return None if found is None else found.primary
+    # What the report asks.
 
-    def _late(self) -> bool:
-        """Return whether the wall time is over; a run has at least one frame."""
-        limit = self.plan.run.walltime
-        return limit is not None and self._spent() >= limit and self.written > 0
+    @functools.cached_property
+    def measured(self) -> list[Block]:
+        """The segments, once all are measured."""
+        return self.blocks()
+
+    @property
+    def trajectories(self) -> list[Path]:
+        """The files with the frames."""
+        return [self.folder.trajectory(form) for form in self.formats]
+
+    @property
+    def without(self) -> str | None:
+        """Why there are no trajectories, if the plan left that open."""
+        return without_trajectory(self.plan, self.sim.scene, self.formats, size_of_file(self.sim._state))
+
+    @property
+    def wall_seconds(self) -> float:
+        """Wall time of all sessions."""
+        return self._before + clock.perf_counter() - self._opened
+
+    @functools.cached_property
+    def first_places(self) -> np.ndarray | None:
+        """Where the particles began, (n, d) [length], scaled to the present box if a barostat changed it.
+
+        None, if the file from which such a run began cannot be read any more.
+        """
+        scene = self.sim.scene
+        if self.plan.run.barostat is None:
+            return scene.positions
+        try:
+            start = self.plan.build_scene()
+        except FileError:
+            return None
+        return start.positions * (np.array(scene.box) / np.array(start.box))
 
     def _spent(self) -> float:
         """Return the seconds spent, in all sessions, without those of compiling."""
@@ -353,27 +386,8 @@ class Run(Measured):
         self.sums.add(frame)
 
     def _finish(self) -> dict[str, Any]:
-        blocks = self.blocks()
-        assert self.equilibrated is not None
-        facts = report.Facts(
-            plan=self.plan,
-            sim=self.sim,
-            blocks=blocks,
-            equilibration=(int(self.equilibrated[0]), self.equilibrated[1]),
-            frames=self.written,
-            overlaps=[(time, Overlap(*found)) for time, *found in self.overlaps],
-            trajectories=[self.folder.trajectory(form) for form in self.formats],
-            rate=sum(block.collisions for block in blocks) / self.engine_seconds,
-            began=self._began - self._before,
-            thermometer=self.thermometer,
-            layers=self.bed,
-            energy_drift=self.energy_drift if self.rounds else None,
-            without=without_trajectory(
-                self.plan, self.sim.scene, self.formats, size_of_file(self.sim._state)
-            ),
-        )
         try:
-            return report.write(self.folder, facts, self._report)
+            return report.write(self)
         except KeyboardInterrupt:
             raise self._interrupted() from None
 
@@ -382,7 +396,8 @@ class Run(Measured):
     def _interrupted(self) -> Interrupted:
         return Interrupted(f"Stopped; `{typed('carom resume', self.folder.path)}` goes on.")
 
-    def _report(self, fraction: float, text: str) -> None:
+    def tell(self, fraction: float, text: str) -> None:
+        """Report how far the run is, and what it does."""
         if self._progress is not None:
             self._progress(min(max(fraction, 0.0), 1.0), text)
 

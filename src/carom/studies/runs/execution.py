@@ -119,12 +119,13 @@ def resume(
     *,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
-    cores: int | str = 1,
+    cores: int | str | None = None,
     trust_code: bool = False,
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
     Frames and events are verified before any file is changed; a run that was finished has ``new=False``.
+    ``cores`` are threads, 1 if left out.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():
@@ -136,7 +137,7 @@ def resume(
             folder.check_empty()
         plan, notes = _noted(folder.checkpoint) if begun else (SceneFile.load(folder.scene), {})
         plan = plan.trusted() if trust_code else plan
-        run = Run(plan, folder, stop, progress, predicted, cores)
+        run = Run(plan, folder, stop, progress, predicted, 1 if cores is None else cores)
         summary = run.from_checkpoint(notes) if begun else run.from_the_start()
     return RunResult(folder.path, summary, new=True)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from carom.studies.info import Info
-from carom.studies.runs.execution import resume as go_on
+from carom.studies.runs.execution import resume as resume
 from carom.studies.runs.folder import RunFolder, existing_run
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
@@ -16,11 +15,6 @@ from carom.texts import typed
 def load(folder: Path) -> RunResult:
     """Return the result of a run."""
     return RunResult(folder, read_summary(RunFolder(folder).finished()))
-
-
-def resume(folder: Path, *, cores: int | str | None, **how: Any) -> RunResult:
-    """Continue a run; ``cores`` are threads."""
-    return go_on(folder, cores=1 if cores is None else cores, **how)
 
 
 def tell(found: Info, folder: Path) -> None:

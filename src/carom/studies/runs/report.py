@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import itertools
 import json
 import math
-import time as clock
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any, TypeVar
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,7 +22,7 @@ from carom.models.obstacles.faces import stand_ins
 from carom.observables import Estimate, Pressure, PressureResult, WallPressure
 from carom.observables.analysis.drift import LEVEL, moved
 from carom.observables.analysis.equilibrium import doubts_about, slow_structure
-from carom.observables.analysis.layers import Layer, Layers
+from carom.observables.analysis.layers import Layer
 from carom.observables.analysis.quantiles import student_above
 from carom.observables.energy import Energy, EnergyResult, without_potential
 from carom.observables.pressure import without_pressure
@@ -39,17 +36,17 @@ from carom.scene.fields import is_equal, is_simple, is_usual, standing
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.velocities import kept_by_motion
-from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.equilibration import drifts, mean_square_displacement
-from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.moves.barostat import VolumeMoves
 from carom.simulation.simulation import Simulation
 from carom.studies import phase as phases
 from carom.studies.phase import MeanBox, Phase, phase_of
-from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.summary import BarostatMoves, Moves, Summary, Surface, Theory
 from carom.version import __version__
+
+if TYPE_CHECKING:
+    from carom.studies.runs.driver import Run
 
 T = TypeVar("T")
 
@@ -63,41 +60,6 @@ OF_ENGINE = (
 
 SCALED_BY = 0.375
 """Part of the equilibration whose mean kT velocities are scaled by last."""
-
-
-@dataclass(frozen=True)
-class Facts:
-    """The data of a finished run for its report."""
-
-    plan: SceneFile
-    sim: Simulation  # at the end of the run
-    blocks: list[Block]  # the measured stretch
-    equilibration: tuple[int, float]  # collisions and time before it
-    frames: int  # frames sampled
-    overlaps: list[tuple[float, Overlap]]  # times of frames with an overlap, and the deepest in each
-    trajectories: list[Path]
-    rate: float  # collisions per second of wall time in the engine, in the measured stretch
-    began: float  # reading of the performance counter when the run began, corrected for earlier sessions
-    thermometer: Thermometer  # temperatures of species during the measured stretch
-    layers: Layers  # sums over layers along a field, likewise
-    energy_drift: float | None = None
-    """Change in the measured stretch over the kinetic energy, if velocities were scaled before."""
-    without: str | None = None  # why there are no trajectories, if the plan left that open
-
-    @functools.cached_property
-    def first_places(self) -> np.ndarray | None:
-        """Where the particles began, (n, d) [length], scaled to the present box if a barostat changed it.
-
-        None, if the file from which such a run began cannot be read any more.
-        """
-        scene = self.sim.scene
-        if self.plan.run.barostat is None:
-            return scene.positions
-        try:
-            start = self.plan.build_scene()
-        except FileError:
-            return None
-        return start.positions * (np.array(scene.box) / np.array(start.box))
 
 
 class _Parts:
@@ -121,43 +83,46 @@ class _Parts:
         return otherwise
 
 
-def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> dict[str, Any]:
+def write(run: Run) -> dict[str, Any]:
     """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
     An error of the program in one of its parts, or an overlap, is raised when all others are written.
     """
     parts = _Parts()
-    if facts.overlaps:
-        parts.fault = OverlapError(_overlapping(facts))
-    summary = _summary(folder, facts, report, parts).to_dict()
+    if run.overlaps:
+        parts.fault = OverlapError(_overlapping(run))
+    summary = _summary(run, parts).to_dict()
     # In a file of their own, so that all others depend on the plan alone.
-    timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
-    for path, found in ((folder.timing, timing), (folder.summary, summary)):
+    timing = {
+        "collisions_per_second": summary["collisions"] / run.engine_seconds,
+        "seconds": run.wall_seconds,
+    }
+    for path, found in ((run.folder.timing, timing), (run.folder.summary, summary)):
         write_text(path, json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     for sentence in summary["remarks"]:
         warn(sentence)
     if parts.fault is not None:
         raise parts.fault
-    report(1.0, "Done")
+    run.tell(1.0, "Done")
     return summary
 
 
-def _summary(folder: RunFolder, facts: Facts, report: Callable[[float, str], None], parts: _Parts) -> Summary:
+def _summary(run: Run, parts: _Parts) -> Summary:
     """Return what was measured; write g(r) and the pictures."""
-    sim, scene, run, statistics = facts.sim, facts.sim.scene, facts.plan.run, facts.sim.statistics
-    pressure = parts.of("pressure", lambda: pressure_of(sim, facts.blocks), None)
-    volume = parts.of("volume", lambda: volume_of(sim, facts.blocks), None)
-    energy = parts.of("potential energy", lambda: energy_of(sim, facts.blocks), None)
-    reason = without_rdf(scene, bool(facts.trajectories or facts.without), volume is not None)
+    sim, scene, asked, statistics = run.sim, run.sim.scene, run.plan.run, run.sim.statistics
+    pressure = parts.of("pressure", lambda: pressure_of(sim, run.measured), None)
+    volume = parts.of("volume", lambda: volume_of(sim, run.measured), None)
+    energy = parts.of("potential energy", lambda: energy_of(sim, run.measured), None)
+    reason = without_rdf(scene, bool(run.trajectories or run.without), volume is not None)
     rdf: Any = None
     if reason is None:
-        rdf = parts.of("g(r)", lambda: _distribution(folder, facts, report), None)
+        rdf = parts.of("g(r)", lambda: _distribution(run), None)
         reason = " ".join(parts.remarks[-1:]) or None if rdf is None else None
-    phase = parts.of("phase", lambda: _phase(facts, volume), None)
+    phase = parts.of("phase", lambda: _phase(run, volume), None)
     compared = parts.of("theory", lambda: phases.compared(scene, phase, volume), list[Theory]())
-    if run.pictures:
-        report(0.0, "Drawing")
-        parts.of("pictures", lambda: _draw(folder, facts, pressure, rdf, phases.lines(compared)), None)
+    if asked.pictures:
+        run.tell(0.0, "Drawing")
+        parts.of("pictures", lambda: _draw(run, pressure, rdf, phases.lines(compared)), None)
     moves = sim._state.volume_moves
     given: dict[str, Any] = {name: getattr(pressure, name, None) for name in OF_PRESSURE}
     if volume is not None and moves is not None:
@@ -165,34 +130,35 @@ def _summary(folder: RunFolder, facts: Facts, report: Callable[[float, str], Non
     infinite = parts.of(
         "Z of infinite size", lambda: phases.of_infinite_size(pressure, phase, volume, given["Z"]), None
     )
-    borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), list[Surface]())
-    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, volume or pressure, energy), list[str]())
-    other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
+    borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(run), list[Surface]())
+    doubts = parts.of("test of equilibrium", lambda: _doubts(run, volume or pressure, energy), list[str]())
+    other, early = (None if energy is None else _other_temperature(run, energy.kT)) or ("", False)
     without = None if _decides(scene) else no_pressure(scene)
     noted = without if pressure is None else pressure.note
-    layers = parts.of("layers", facts.layers.found, list[Layer]())
-    kT = _temperature(facts, pressure, energy)
-    drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
+    layers = parts.of("layers", run.bed.found, list[Layer]())
+    kT = _temperature(run, pressure, energy)
+    # The change since velocities were scaled last, at the first mark.
+    drift = run.energy_drift if run.rounds else statistics.energy_drift
     interaction = None if is_usual(scene, "interaction") else scene.interaction
-    swaps = None if run.swaps is None else Moves(statistics.swaps_tried, statistics.swaps_accepted)
+    swaps = None if asked.swaps is None else Moves(statistics.swaps_tried, statistics.swaps_accepted)
     pairs = {k: g.contact_value for k, g in rdf.items()} if isinstance(rdf, dict) else {}
     return Summary(
         version=__version__,
-        seed=run.seed,
+        seed=asked.seed,
         packing_fraction=scene.packing_fraction if volume is None else volume.packing_fraction.mean,
         box=list(scene.box),
         system=kind(scene.dimension, scene.n, interaction),
         kT=kT,
-        thermal=_thermal(facts, pressure),
-        weight=facts.layers.weight,
+        thermal=_thermal(run, pressure),
+        weight=run.bed.weight,
         temperature=getattr(energy, "kT", None),
-        equilibration=dict(zip(("collisions", "time"), facts.equilibration, strict=True)),
-        collisions=sum(block.collisions for block in facts.blocks),
-        time=math.fsum(block.duration for block in facts.blocks),
-        frames=facts.frames,
-        trajectories=[path.name for path in facts.trajectories],
-        without_trajectory=facts.without,
-        relative_error=run.relative_error,
+        equilibration=dict(zip(("collisions", "time"), run.equilibrated or (), strict=True)),
+        collisions=sum(block.collisions for block in run.measured),
+        time=math.fsum(block.duration for block in run.measured),
+        frames=run.written,
+        trajectories=[path.name for path in run.trajectories],
+        without_trajectory=run.without,
+        relative_error=asked.relative_error,
         U=getattr(energy, "U", None),
         Z_infinite=infinite,
         contact_value_from_rdf=getattr(rdf, "contact_value", None),
@@ -211,19 +177,20 @@ def _summary(folder: RunFolder, facts: Facts, report: Callable[[float, str], Non
         phase_note=phases.doubt(phase, scene, kT),
         theory=compared,
         energy_drift=drift,
-        frames_with_overlaps=len(facts.overlaps) if run.check else None,
+        frames_with_overlaps=len(run.overlaps) if asked.check else None,
         **given,
         **{name: getattr(scene, name) for name in ("n", "dimension", "diameter", "mass")},
         **{name: getattr(statistics, name) for name in OF_ENGINE},
     )
 
 
-def _overlapping(facts: Facts) -> str:
+def _overlapping(run: Run) -> str:
     """Return a sentence on the frames that overlap: the deepest in all, and the first."""
-    time, worst = max(facts.overlaps, key=lambda each: each[1].relative)
+    found = [(time, Overlap(*each)) for time, *each in run.overlaps]
+    time, worst = max(found, key=lambda each: each[1].relative)
     return (
-        f"In {len(facts.overlaps)} of {facts.frames} frames there are overlaps, the first at time "
-        f"{facts.overlaps[0][0]:.6g}: at time {time:.6g} {worst}. An event was missed, and the results are "
+        f"In {len(found)} of {run.written} frames there are overlaps, the first at time "
+        f"{found[0][0]:.6g}: at time {time:.6g} {worst}. An event was missed, and the results are "
         "wrong: `carom.check` a model of your own, and else report the scene and the seed."
     )
 
@@ -287,146 +254,139 @@ def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | Non
     return None
 
 
-def _distribution(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> Any:
+def _distribution(run: Run) -> Any:
     """Write and return g(r), or that of each pair of species of a mixture by its name."""
 
     def frames() -> Iterator[Frame]:
-        if facts.without:  # the final state replaces the missing frames
-            report(0.0, "Computing g(r)")
-            yield facts.sim.frame()
+        if run.without:  # the final state replaces the missing frames
+            run.tell(0.0, "Computing g(r)")
+            yield run.sim.frame()
             return
         # From the file, so that a resumed run sees every frame; H5MD is preferred, as text is slow to read.
-        source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
+        source = next((path for path in run.trajectories if path.suffix == ".h5md"), run.trajectories[0])
         with open_reader(source) as reader:
             for k, frame in enumerate(reader):
-                report(k / len(reader), "Computing g(r)")
+                run.tell(k / len(reader), "Computing g(r)")
                 yield frame
 
-    found = rdf_of(facts.sim.scene).over(frames()) or None  # of a mixture perhaps of no pair
+    found = rdf_of(run.sim.scene).over(frames()) or None  # of a mixture perhaps of no pair
     if found is not None:
-        found.save(folder.rdf)
+        found.save(run.folder.rdf)
     return found
 
 
-def _draw(
-    folder: RunFolder,
-    facts: Facts,
-    pressure: PressureResult | None,
-    rdf: Any,
-    lines: dict[str, float],
-) -> None:
+def _draw(run: Run, pressure: PressureResult | None, rdf: Any, lines: dict[str, float]) -> None:
     from carom.pictures import plots
 
-    implied = None if pressure is None else pressure.contact_value
+    implied, folder = None if pressure is None else pressure.contact_value, run.folder.path
     # First, because what it takes in memory is free again for the others.
-    plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=folder.path / "snapshot.png")
+    plots.snapshot(run.sim.frame(), obstacles=standing(run.sim.scene), path=folder / "snapshot.png")
     if pressure is not None:
-        plots.pressure(pressure, equations=lines, path=folder.path / "pressure.png")
+        plots.pressure(pressure, equations=lines, path=folder / "pressure.png")
     if isinstance(rdf, dict):
-        plots.partial_rdf(rdf, path=folder.path / "rdf.png")
+        plots.partial_rdf(rdf, path=folder / "rdf.png")
     elif rdf is not None:
-        plots.rdf(rdf, contact_value=implied, path=folder.path / "rdf.png")
+        plots.rdf(rdf, contact_value=implied, path=folder / "rdf.png")
 
 
-def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
+def _phase(run: Run, volume: VolumeResult | None = None) -> Phase | None:
     """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
-    scene = facts.sim.scene
-    if not is_simple(scene) or facts.first_places is None:
+    scene = run.sim.scene
+    if not is_simple(scene) or run.first_places is None:
         return None
     filled = scene if volume is None else MeanBox.of(volume)
-    return phase_of(filled, facts.plan.scene.start, moved(facts.first_places, facts.sim.frame()))
+    return phase_of(filled, run.plan.scene.start, moved(run.first_places, run.sim.frame()))
 
 
-def _other_temperature(facts: Facts, kT: Estimate) -> tuple[str, bool] | None:
+def _other_temperature(run: Run, kT: Estimate) -> tuple[str, bool] | None:
     """Return a sentence where a run came to another temperature than was asked for, and whether it speaks
     against equilibrium.
     """
-    asked, scene = facts.plan.run.kT, facts.sim.scene
-    decided = scene.drive is not None or drifts(facts.sim) is not None
+    asked, scene = run.plan.run.kT, run.sim.scene
+    decided = scene.drive is not None or drifts(run.sim) is not None
     if asked is None or scene.velocities is not None or decided:
         return None  # contacts, surfaces or a drive decide, and no equilibration brings kT back
-    scaled = facts.energy_drift is not None and not facts.plan.run.event_log
+    scaled = bool(run.rounds) and not run.plan.run.event_log
     # Velocities were scaled by a mean over a part of the equilibration, which has an error of its own.
-    measured = math.fsum(block.duration for block in facts.blocks)
-    longer = measured / (SCALED_BY * facts.equilibration[1]) if scaled and facts.equilibration[1] else 0.0
+    measured = math.fsum(block.duration for block in run.measured)
+    _, time = run.equilibrated or (0, 0.0)
+    longer = measured / (SCALED_BY * time) if scaled and time else 0.0
     chance = student_above(0.5 * LEVEL, max(kT.n_eff - 1.0, 1.0)) * kT.error * math.sqrt(1.0 + longer)
     if not abs(kT.mean - asked) > max(OTHER * asked, chance):
         return None
     said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
     if scaled:
         return f"{said} still being exchanged, so equilibrate longer.", True
-    if facts.plan.run.event_log:
+    if run.plan.run.event_log:
         return f"{said} exchanged, and velocities are not scaled where an event log is written.", False
     return f"{said} exchanged.", False
 
 
-def _doubts(
-    facts: Facts, main: PressureResult | VolumeResult | None, energy: EnergyResult | None
-) -> list[str]:
+def _doubts(run: Run, main: PressureResult | VolumeResult | None, energy: EnergyResult | None) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
-    sim, scene = facts.sim, facts.sim.scene
+    sim, scene = run.sim, run.sim.scene
     said = [sentence for found in (main, energy) if found is not None for sentence in doubts_about(found)]
-    if main is not None and getattr(main, "steady", True) and facts.first_places is not None:
+    if main is not None and getattr(main, "steady", True) and run.first_places is not None:
         # Where the particles were when the stretch began is not kept: they move alike before and in it.
-        part = math.fsum(block.duration for block in facts.blocks) / sim.time
-        distance = mean_square_displacement(facts.first_places, sim.frame())
+        part = math.fsum(block.duration for block in run.measured) / sim.time
+        distance = mean_square_displacement(run.first_places, sim.frame())
         said += slow_structure(scene, part * distance)
     error = math.inf if main is None else main.primary.relative_error
-    return said if _decides(scene) else said + facts.thermometer.doubts(error)
+    return said if _decides(scene) else said + run.thermometer.doubts(error)
 
 
-def _temperature(facts: Facts, pressure: PressureResult | None, energy: EnergyResult | None) -> float:
+def _temperature(run: Run, pressure: PressureResult | None, energy: EnergyResult | None) -> float:
     """Return kT, where it changes as an average over the measured stretch."""
     if pressure is not None:
         return pressure.kT
     if energy is not None:
         return energy.kT.mean
-    if facts.layers.kT is not None:
-        return facts.layers.kT
-    times = [block.kT_time for block in facts.blocks if block.kT_time is not None]
-    duration = math.fsum(block.duration for block in facts.blocks)
-    return math.fsum(times) / duration if times else facts.sim.kT
+    if run.bed.kT is not None:
+        return run.bed.kT
+    times = [block.kT_time for block in run.measured if block.kT_time is not None]
+    duration = math.fsum(block.duration for block in run.measured)
+    return math.fsum(times) / duration if times else run.sim.kT
 
 
-def _thermal(facts: Facts, pressure: PressureResult | None) -> bool:
+def _thermal(run: Run, pressure: PressureResult | None) -> bool:
     """Return whether pressures may be given in units of kT: where it is constant, or averaged."""
-    scene = facts.sim.scene
-    if facts.layers.weight is not None or _decides(scene):
+    scene = run.sim.scene
+    if run.bed.weight is not None or _decides(scene):
         return False
     straight = getattr(scene.motion, "straight", True) and all(kept_by_motion(scene))
     return pressure is not None or straight
 
 
-def _obstacles(facts: Facts) -> list[Surface]:
+def _obstacles(run: Run) -> list[Surface]:
     """Return what every wall and obstacle bore and gave in the measured stretch, but for walls for which an
     obstacle stands.
     """
-    scene = facts.sim.scene
+    scene = run.sim.scene
     gone = stand_ins(standing(scene), scene.box, scene.periodic)
     walls = sides(scene.periodic)
     rubbed = not is_usual(scene, "impact")
     working = [*(rubbed for _ in walls), *(rubbed or hasattr(each, "live") for each in standing(scene))]
     # The area of a plane inside the box is not known, so it has only a force.
     return [
-        Surface(name, _borne(facts, k, 1.0), _borne(facts, k, None), _power(facts, k) if working[k] else None)
+        Surface(name, _borne(run, k, 1.0), _borne(run, k, None), _power(run, k) if working[k] else None)
         for k, name in enumerate(obstacle_names(scene))
         if k >= len(walls) or walls[k] not in gone
     ]
 
 
-def _power(facts: Facts, k: int) -> Estimate | None:
+def _power(run: Run, k: int) -> Estimate | None:
     """Return the energy that wall or obstacle k gave a time; None where it gave and took none."""
-    given = [block.works[k] for block in facts.blocks]
+    given = [block.works[k] for block in run.measured]
     if not any(given):
         return None
     with unwarned():
-        return ratio(given, [block.duration for block in facts.blocks])
+        return ratio(given, [block.duration for block in run.measured])
 
 
-def _borne(facts: Facts, k: int, area: float | None) -> Estimate | None:
+def _borne(run: Run, k: int, area: float | None) -> Estimate | None:
     """Return the pressure on wall or obstacle k; None where there is none."""
     with unwarned(), contextlib.suppress(InputError):  # the pressure of the fluid has warned of few blocks
-        return WallPressure(k, area=area).of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure
+        return WallPressure(k, area=area).of_scene(run.measured, run.sim.scene, kT=run.sim.kT).pressure
     return None
 
 

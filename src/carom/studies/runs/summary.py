@@ -5,29 +5,25 @@ What is written, the check of what is read, and what the screen calls the quanti
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any
 
 from carom import checks
-from carom.declared import Check, fields_of, needed, option
+from carom.declared import fields_of, needed, option
 from carom.io import records
 from carom.observables.analysis.layers import Layer
-from carom.observables.statistics import Estimate
 from carom.results import plain
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
+from carom.studies.held import AT_LEAST_ZERO, POSITIVE, Measured, check_of, held
 
-Positive = Annotated[float, records.number(low=0.0)]
-Factor = Annotated[float, records.number(low=0.0, open_low=True)]
+Positive = Annotated[float, AT_LEAST_ZERO]
+Factor = Annotated[float, POSITIVE]
 Edge = Annotated[float, records.number(low=0.0, high=LONGEST_EDGE * checks.MAGNITUDE, open_low=True)]
 Length = Annotated[float, records.number(low=1.0 / checks.MAGNITUDE, high=checks.MAGNITUDE)]
 Part = Annotated[float, records.number(low=checks.FINEST_ERROR, high=1.0)]
-Measured = Estimate | None  # in the file mean, error and n_eff, each of which may be null
 
 
 @dataclass(frozen=True)
@@ -139,59 +135,16 @@ class Summary:
     @classmethod
     def of(cls, values: Any, name: str = "its summary") -> Summary:
         """Return the summary of which a file holds ``values``, checked, without keys that are not known."""
-        return cls(**vars(_check(cls)(values, name)))
+        found: Summary = check_of(cls)(values, name)
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the file holds."""
-        return dict(plain(_held(self)))
+        return dict(plain(held(self)))
 
 
 HEADS = {name: field.opt.panel for name, field in fields_of(Summary).items() if field.opt is not None}
 """What the screen calls the quantities."""
-
-_PARTS = {"mean": -math.inf, "error": 0.0, "n_eff": 0.0}  # of an estimate in the file, and their least values
-_ESTIMATE = records.table({k: records.optional(records.number(low=low)) for k, low in _PARTS.items()})
-
-
-def _measured(value: Any, name: str) -> Measured:
-    """Return the estimate in a file; an error or a number of samples that is null is not finite."""
-    mean, error, n_eff = map(({} if value is None else _ESTIMATE(value, name)).get, _PARTS)
-    if mean is None:
-        return None
-    return Estimate(
-        mean, math.inf if error is None else error, math.nan if n_eff is None else n_eff, math.nan, 0
-    )
-
-
-def _check(hint: Any) -> Check:
-    """Return the check of what a file holds of a type; that of a record returns it."""
-    kinds, marks = get_args(hint), getattr(hint, "__metadata__", ())
-    if hint == Measured:
-        return _measured
-    if marks or NoneType in kinds:
-        return marks[0] if marks else records.optional(_check(kinds[0]))
-    if kinds:
-        return {list: records.listed, dict: records.mapping}[get_origin(hint)](_check(kinds[-1]))
-    if hint in (int, float, str, bool):
-        return {int: records.integer(), float: records.number(), str: records.text, bool: records.switch}[
-            hint
-        ]
-    fields = fields_of(hint).values()
-    every = {field.name: field.check or _check(field.kind) for field in fields}
-    table = records.table({field.name: every[field.name] for field in fields if field.needed}, later=every)
-    return lambda value, name: hint(**{k: v for k, v in table(value, name).items() if k in every})
-
-
-def _held(value: Any, hint: Any = None) -> Any:
-    """Return what a file holds of a value of a type."""
-    if hint == Measured or isinstance(value, Estimate):
-        return {name: getattr(value, name, None) for name in _PARTS}
-    if dataclasses.is_dataclass(value):
-        found = {k: _held(getattr(value, k), field.kind) for k, field in fields_of(type(value)).items()}
-        return {k: v for k, v in found.items() if k != "errors" or v is not None}
-    if isinstance(value, dict):
-        return {k: _held(each) for k, each in value.items()}
-    return [_held(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def checked(value: Any, name: str) -> dict[str, Any]:

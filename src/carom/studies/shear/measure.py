@@ -141,9 +141,6 @@ class Flow(Fluid):
         }
 
 
-measure = Flow.measure
-
-
 def stress(series: dict[str, list[float]]) -> Estimate:
     """Return the shear stress ``-P_10`` [energy / length^d]."""
     return blocking(series["stress"])

@@ -21,7 +21,7 @@ from carom.observables.statistics import (
 )
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
-from carom.studies.shear.measure import measure
+from carom.studies.shear.measure import Flow
 from carom.studies.shear.spec import ShearSpec, duration
 from carom.studies.signatures import documented
 from carom.table import Column, Table, error
@@ -73,7 +73,7 @@ class ShearFlow(GridStudy[ShearSpec]):
     Spec: ClassVar[type[ShearSpec]] = ShearSpec
     name: ClassVar[str] = "shear"
     unit_of_cost: ClassVar[str] = "particles times time"
-    measure = staticmethod(measure)
+    measure = staticmethod(Flow.measure)
 
     @staticmethod
     def cost(task: Task) -> float:

@@ -102,6 +102,3 @@ class Caps(Job):
         """Return ``points`` (n, k), the reduced ``pressure`` at the end and ``collisions``."""
         points = self.jammed().tolist()
         return {"points": points, "pressure": self.pressure, "collisions": self.sim.collisions}
-
-
-compress = Caps.measure

@@ -87,9 +87,6 @@ class Try(Caps):
         }
 
 
-search = Try.measure
-
-
 def first_to_agree(cosines: Sequence[float | None], count: int) -> int | None:
     """Return how many of the first tries hold ``count`` that led to the best code of them; None if none do.
 

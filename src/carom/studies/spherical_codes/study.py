@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom.errors import InputError
 from carom.studies.folder import Record, Task
-from carom.studies.job import Look
 from carom.studies.signals import Interrupted
 from carom.studies.signatures import documented
 from carom.studies.spherical_codes.code import SphericalCode
-from carom.studies.spherical_codes.search import angle_of, best_of, exact, first_to_agree, reached, search
+from carom.studies.spherical_codes.search import Try, angle_of, best_of, exact, first_to_agree, reached
 from carom.studies.spherical_codes.spec import CodeSpec
 from carom.studies.study import Study
 from carom.table import Column, Table, facts
@@ -38,11 +37,6 @@ class Row:
     note: Annotated[str, Column("note", left=True)]
 
 
-def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Return the code of the try that a ``task`` describes; ``look`` ends it, as in any study."""
-    return search(task, look)
-
-
 @dataclass(frozen=True, repr=False)
 class Codes(Study[CodeSpec]):
     """A search for a spherical code.
@@ -54,7 +48,7 @@ class Codes(Study[CodeSpec]):
     name: ClassVar[str] = "code"
     unit: ClassVar[str] = "tries"
     anytime: ClassVar[bool] = True
-    measure = staticmethod(measure)
+    measure = staticmethod(Try.measure)
 
     @functools.cached_property
     def code(self) -> SphericalCode | None:

@@ -95,7 +95,7 @@ def stepping(fraction: float, mean_free_time: float) -> Method:
         f"step {fraction:g}",
         "time-driven",
         lambda scene, logged: _Stepping(
-            Stepper(*_motion(scene), step=fraction * mean_free_time, **_spheres(scene, logged)), logged
+            _listed(Stepper, scene, logged, step=fraction * mean_free_time), logged
         ),
     )
 
@@ -108,7 +108,7 @@ def pseudo_hard(step: float, mean_free_time: float) -> Method:
 
     def start(scene: Scene, logged: bool) -> Motion:
         kT = temperature(scene, np.asarray(scene.velocities))
-        system = PseudoHardSpheres(*_motion(scene), step=step, kT=kT, **_spheres(scene, logged))
+        system = _listed(PseudoHardSpheres, scene, logged, step=step, kT=kT)
         return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
 
     return Method(f"Mie 50-49, step {step:g}", "pseudo-hard", start)
@@ -326,14 +326,10 @@ def _changes(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return energy, float(np.linalg.norm(change)) / scale
 
 
-def _motion(scene: Scene) -> tuple[Any, Any, Any]:
-    """Return where the particles of a scene are and how they fly."""
-    return scene.positions, scene.velocities, scene.box
-
-
-def _spheres(scene: Scene, logged: bool) -> dict[str, Any]:
-    """Return what spheres with a list of pairs are made with; a logged motion is not tuned."""
-    return {"diameter": scene.diameter, "mass": scene.mass, "skin": UNTUNED if logged else None}
+def _listed(kind: type[Any], scene: Scene, logged: bool, **settings: Any) -> Any:
+    """Return the spheres of a scene with a list of pairs; a logged motion is not tuned."""
+    settings |= {"diameter": scene.diameter, "mass": scene.mass, "skin": UNTUNED if logged else None}
+    return kind(scene.positions, scene.velocities, scene.box, **settings)
 
 
 def naive_system(scene: Scene, positions: Any = None, **arithmetic: Any) -> NaiveSystem:

@@ -30,11 +30,8 @@ FLOOR = 2.0**-53
 
 def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     """Draw the error of positions and the bias of Z against speed, and the error of Z against N."""
-    figure = style.figure_of(13.0, 4.2)
-    axes = figure.subplots(1, 3)
+    figure, axes = style.panels(13.0, 4.2, 1, 3)
     first = axes[0]
-    for panel in axes:
-        panel.spines[["top", "right"]].set_visible(False)
     rates = [row.collisions_per_second for row in rows]
     # Doubles do not resolve errors below half a rounding.
     _panel(first, rows, rates, [max(row.error_1, FLOOR) for row in rows])

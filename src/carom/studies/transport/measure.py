@@ -82,9 +82,6 @@ class Currents(Fluid):
         }
 
 
-measure = Currents.measure
-
-
 def _refuse_other_interactions(scene: Scene) -> None:
     if not is_usual(scene, "interaction") and not hasattr(scene.interaction, "steps"):
         raise InputError(

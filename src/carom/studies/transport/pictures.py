@@ -34,10 +34,7 @@ def study(rows: list[Coefficients]) -> Figure:
     In two dimensions, where there is no theory of Enskog, and where no coefficient is known yet, the running
     self-diffusion replaces the coefficients.
     """
-    figure = style.figure_of(9.6, 4.2)
-    left, right = figure.subplots(1, 2)
-    for axes in (left, right):
-        axes.spines[["top", "right"]].set_visible(False)
+    figure, (left, right) = style.panels(9.6, 4.2, 1, 2)
     known = any(math.isfinite(c.mean) for row in rows for c, _ in row.quantities().values())
     if known and all(row.exists for row in rows) and any(row.enskog for row in rows):
         _against_density(left, rows)

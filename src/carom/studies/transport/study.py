@@ -18,7 +18,7 @@ from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.studies.signatures import documented
 from carom.studies.transport.analysis import Coefficient, Extrapolation, line
-from carom.studies.transport.measure import measure
+from carom.studies.transport.measure import Currents
 from carom.studies.transport.points import Coefficients, coefficients_of
 from carom.studies.transport.spec import TransportSpec
 from carom.table import Column, Table, error
@@ -66,7 +66,7 @@ class Transport(GridStudy[TransportSpec]):
 
     Spec: ClassVar[type[TransportSpec]] = TransportSpec
     name: ClassVar[str] = "transport"
-    measure = staticmethod(measure)
+    measure = staticmethod(Currents.measure)
 
     @functools.cached_property
     def points(self) -> list[Coefficients]:
