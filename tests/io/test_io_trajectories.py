@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from helpers import forked
 from helpers.frames import SUFFIXES, assert_same, endless, float32_spacing, make_frames, write
-from hypothesis import given, settings, strategies as st
 
 import carom.io
-from carom.bridges.embedding import momenta
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 
@@ -390,16 +388,6 @@ def test_ctrl_c_waits_for_the_frame(tmp_path, suffix, monkeypatch):
     writer.write(frames[1])
     writer.close()
     assert [f.step for f in carom.io.read(tmp_path / f"a{suffix}", ":")] == [0, 37]
-
-
-@settings(max_examples=200, deadline=None)
-@given(
-    st.floats(-1e100, 1e100, allow_subnormal=False).filter(lambda v: v == 0 or abs(v) > 1e-100),
-    st.floats(1e-50, 1e50),
-)
-def test_momenta_divide_back_to_within_one_unit_in_the_last_place(v, m):
-    back = momenta(np.array([[v]]), np.array([m]))[0, 0] / m
-    assert abs(back - v) <= np.spacing(abs(v))
 
 
 def test_no_data_set_is_gone_through_element_by_element(tmp_path, monkeypatch):
