@@ -21,6 +21,7 @@ from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.io import checkpoint, hdf5
 from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
+from carom.io.locks import WriteLock
 from carom.io.validation import flaw
 from carom.observables import RDF
 from carom.simulation.replay import Replay, replay
@@ -167,26 +168,34 @@ def test_text_without_a_digest_is_refused_or_still_a_frame(tmp_path, harm):
 # ------------------------------------------------------------------------------------------------ kills
 
 
-def test_a_kill_between_any_two_writes_loses_no_frame(tmp_path, monkeypatch):
-    """Every state of the disk, with each write also half done, opens with the old frames or the new."""
-    path, states, done = tmp_path / "a.h5md", [], 0
-    whole = hdf5._Staged._put
+@contextlib.contextmanager
+def states_of(path):
+    """Yield a list that gets every state of a file on the disk, with each write also half done."""
+    states, whole = [], hdf5._Staged._put
 
     def torn(self, offset, rest):
         for part in (rest[: len(rest) // 2], rest[len(rest) // 2 :]):
             whole(self, offset, part)
             offset += len(part)
-            states.append((done, path.read_bytes()))
+            states.append(path.read_bytes())
 
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hdf5._Staged, "_put", torn)
+        yield states
+
+
+def test_a_kill_between_any_two_writes_loses_no_frame(tmp_path):
+    """Every state opens with the old frames or the new."""
+    path, killed = tmp_path / "a.h5md", []
     frames = make_frames(3, count=3, n=20)
     with carom.io.open(path, "w") as writer:
         writer.write(frames[0])
-        monkeypatch.setattr(hdf5._Staged, "_put", torn)
         for done in (1, 2):
-            writer.write(frames[done])
-        monkeypatch.undo()
-    assert len(states) > 20
-    for done, content in states[::7]:
+            with states_of(path) as states:
+                writer.write(frames[done])
+            killed += [(done, content) for content in states]
+    assert len(killed) > 20
+    for done, content in killed[::7]:
         path.write_bytes(content)
         with carom.io.open(path) as reader:
             assert len(reader) in (done, done + 1)
@@ -195,6 +204,22 @@ def test_a_kill_between_any_two_writes_loses_no_frame(tmp_path, monkeypatch):
         with carom.io.open(path, "a", keep=done) as writer:
             writer.write(frames[2])
         assert_same(frames[done - 1], carom.io.read(path, done - 1))
+
+
+@pytest.mark.parametrize("at", [0, 90, 95])  # within, up to the end, and beyond it
+def test_a_kill_between_any_two_writes_leaves_the_old_bytes_or_the_new(tmp_path, at):
+    path, old = tmp_path / "a", bytes(100)
+    path.write_bytes(old)
+    with states_of(path) as states, hdf5._Staged(path, "r+", WriteLock(path)) as staged:
+        staged.seek(at)
+        staged.write(b"x" * 10)
+        staged.commit()
+    new = path.read_bytes()
+    assert new == old[:at] + b"x" * 10 + old[at + 10 :]
+    for content in states:
+        path.write_bytes(content)
+        with hdf5._Staged(path, "r") as staged:
+            assert staged.read()[:100] in (old, new[:100])
 
 
 # ------------------------------------------------------------------------------------------------ ways out

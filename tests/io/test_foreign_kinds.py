@@ -390,6 +390,7 @@ def test_lines_of_gro_and_of_edmd_that_are_wrong_are_named(tmp_path, name, text,
         carom.open(tmp_path / name)
 
 
+@pytest.mark.timing
 def test_many_frames_of_gro_are_found_in_time_proportional_to_them(tmp_path):
     """Eight times as many take 8 times as long, and 40 to 150 times where each is sought in all the rest."""
 

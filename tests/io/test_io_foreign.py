@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import time
 import warnings
 
 import ase
@@ -221,16 +220,10 @@ def test_ids_that_come_or_go_are_refused(tmp_path):
 
 def test_a_header_that_no_trajectory_has_is_refused_by_itself(tmp_path):
     path = tmp_path / "a.extxyz"
-    row = " ".join(["1.25"] * 200) + "\n"
-    took = []
-    for rows in (40, 20_000):
-        path.write_text(f"{rows}\n{CELL} Properties=pos:R:100:velo:R:100\n" + row * rows)
-        begin = time.perf_counter()
-        with pytest.raises(FileError, match="100 columns of kind R for 'pos'; expected 1 to 3"):
-            carom.io.read(path)
-        took.append(time.perf_counter() - begin)
-    # The longer file holds 20 MB, which take ten times as long to read at the least.
-    assert took[1] < 0.05 + 10.0 * took[0]
+    row = " ".join(["word"] * 200) + "\n"  # whoever reads the rows first complains of their words
+    path.write_text(f"40\n{CELL} Properties=pos:R:100:velo:R:100\n" + row * 40)
+    with pytest.raises(FileError, match="100 columns of kind R for 'pos'; expected 1 to 3"):
+        carom.io.read(path)
 
 
 @pytest.mark.parametrize("second", ["time=soon step=0", "time=0 dimension=flat"])
@@ -245,13 +238,12 @@ def test_a_second_line_of_others_is_refused_in_a_sentence_by_every_command(tmp_p
         assert done.exit_code == 2, done.output
 
 
-def test_a_second_line_of_letters_takes_no_time(tmp_path):
+def test_a_second_line_of_a_million_letters_is_refused(tmp_path):
+    """10^12 comparisons would take hours."""
     path = tmp_path / "a.extxyz"
     path.write_text("1\n" + "a" * 1_000_000 + "\n1 1 1\n")
-    begin = time.perf_counter()
     with pytest.raises(FileError):
         carom.io.read(path)
-    assert time.perf_counter() - begin < 5.0  # 10^12 comparisons take hours
 
 
 # ------------------------------------------------------------------------------------------------ ASE

@@ -84,14 +84,14 @@ CELLS = pytest.mark.parametrize(("d", "seed"), list(itertools.product((2, 3), ra
 
 
 @CELLS
-@pytest.mark.parametrize("pair", [None, (0, 1), (0, 0)])
+@pytest.mark.parametrize("pair", [None, (0, 1), (1, 0), (0, 0)])
 def test_pair_distances_are_those_of_all_images(d, seed, pair):
     frame = random_frame(d, seed)
     found = carom.RDF(rmax=0.5 * min(frame.box), bins=7, pair=pair).over([frame])
     lengths = np.linalg.norm(vectors(frame), axis=-1)
     a, b = (frame.species == k if pair else frame.species >= 0 for k in pair or (0, 0))
     lengths = lengths[a][:, b]
-    twice = 1 if pair == (0, 1) else 2
+    twice = 2 if pair in (None, (0, 0)) else 1
     right = np.histogram(lengths[lengths > 0.0], found.edges)[0]
     assert (twice * found.counts).tolist() == right.tolist()
     numbers, _ = found.coordination()

@@ -13,7 +13,7 @@ from scipy.stats import binom, chi2
 
 import carom
 from carom.errors import CaromWarning
-from carom.observables.analysis.drift import LEVEL, relaxation
+from carom.observables.analysis.drift import LEVEL, drifts, relaxation
 from carom.observables.analysis.equilibrium import (
     RENEWED,
     RENEWED_OTHERWISE,
@@ -69,6 +69,13 @@ def test_a_decay_at_the_start_is_seen(way):
     # Of nearly all others blocking has said that the error bar is a guess.
     silent = [x for sentences, x in zip(said, runs, strict=True) if not sentences]
     assert sum(blocking(x).n_eff >= FEW_SAMPLES for x in silent) < 5
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_of_independent_runs_a_trend_of_one_or_of_all_is_seen_either_way(way):
+    assert drifts([6.0 * way, *[-2.0 * way] * 3])  # all together have none
+    assert drifts([2.0 * way] * 4)  # none alone
+    assert not drifts([2.0 * way, -2.0 * way])
 
 
 def test_what_does_not_change_relaxes_not():

@@ -25,6 +25,7 @@ from carom.drawing.page import of_frames, psi_6
 from carom.drawing.shapes import shapes_of
 from carom.errors import CaromWarning, FileError, InputError
 from carom.figures.palette import FACES, rgb
+from carom.io.events import read_events
 from carom.models import (
     Arc,
     Ball,
@@ -73,6 +74,7 @@ def test_the_page_is_one_file_that_asks_no_network_for_anything():
     assert data["periodic"] == [True, False, False]
     assert data["names"] == ["small", "big"]
     assert unpacked(data["kinds"], "u1").tolist() == frame.species.tolist()
+    assert unpacked(data["radii"], "<f4").tolist() == (0.5 * frame.diameters).astype("f4").tolist()
     assert data["times"] == [frame.time for frame in frames_of(2)]
 
 
@@ -540,6 +542,12 @@ def test_flights_between_the_records_of_a_replay_are_the_run_at_any_time(log):
     contacts = unpacked(records["contacts"], "<f8")
     assert len(contacts) == 400
     assert len(times) == data["n"] + 2 * 400
+    owners = np.repeat(np.arange(data["n"]), np.diff(starts))
+    partners = unpacked(records["partners"], "<i4")
+    met = np.stack([owners, partners], axis=1)[np.lexsort((owners, times))][data["n"] :]
+    events = read_events(log)
+    np.testing.assert_array_equal(met[::2], np.sort(np.stack([events.i, events.j], axis=1), axis=1))
+    np.testing.assert_array_equal(met[1::2], met[::2, ::-1])
     # A second shows half of a mean free time, and the end half a second of none.
     free_time = contacts[-1] * data["n"] / (2.0 * 400)
     assert records["pace"] == pytest.approx(0.5 * free_time)

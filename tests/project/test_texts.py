@@ -176,12 +176,17 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert [text.replace(r"\$", "$").strip("\N{ZERO WIDTH SPACE}") for text in shown] == list(wanted)
+    for k, name in enumerate(wanted):
+        value = carom.observables.Estimate(float(k), 0.5, 9.0, 1.0, 9)
+        found[name] = dataclasses.replace(found[name], contact_value=value)
     PartialRDFResult(found | {"a\nb": found[f"{names[0]}-{names[0]}"]}).save(tmp_path / "rdf.csv")
     lines = (tmp_path / "rdf.csv").read_text().splitlines(keepends=True)
     (head, *rows) = csv.reader(line for line in lines if not line.startswith("#"))
     assert head[2::5] == [f"g {name}" for name in (*wanted, "a\nb")]
     assert all(len(row) == len(head) for row in rows)
     assert sum(line.startswith("# contact ") for line in lines) == 4
+    values = [line.split(": ")[-1].strip() for line in lines if line.startswith("# contact_value ")]
+    assert values == ["0.0 +- 0.5", "1.0 +- 0.5", "2.0 +- 0.5", "0.0 +- 0.5"]
 
 
 def test_equations_are_drawn_by_any_name(tmp_path):

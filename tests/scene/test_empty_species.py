@@ -12,6 +12,7 @@ from helpers.mixtures import mixed, mixture
 import carom
 from carom import InputError, Scene, Simulation, io
 from carom.observables import RDF
+from carom.observables.rdf import PartialRDF
 from carom.scene.species import pair_name
 from carom.scene_file.scene_file import SceneFile
 
@@ -102,6 +103,19 @@ def test_a_species_whose_name_is_a_number_is_found_by_its_name():
     assert RDF(pair=("1", "1")).over([frame]).counts.sum() == RDF(pair=(0, 0)).over([frame]).counts.sum()
     unnamed = dataclasses.replace(frame, species_names=())
     assert RDF(pair=("1", "1")).over([unnamed]).counts.sum() == RDF(pair=(1, 1)).over([frame]).counts.sum()
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("counts", COUNTS)
+def test_pairs_keep_the_contact_of_their_species_where_another_is_empty(counts):
+    table = np.array([[1.0, 0.7, 0.75], [0.7, 0.8, 0.65], [0.75, 0.65, 0.6]])
+    scene = mixture(
+        counts, diameters=DIAMETERS, names=NAMES, contact=table, dimension=2, packing_fraction=0.2, seed=1
+    )
+    found = PartialRDF(scene).over([Simulation(scene, seed=1).frame()])
+    pairs = itertools.combinations_with_replacement(np.flatnonzero(counts), 2)
+    right = {pair_name(NAMES[i], NAMES[j]): table[i, j] for i, j in pairs}
+    assert {name: each.diameter for name, each in found.items()} == right
 
 
 @pytest.mark.usefixtures("plain")

@@ -236,11 +236,14 @@ def test_a_scene_starts_from_a_frame_of_a_file(tmp_path):
     frames = [dataclasses.replace(still, time=float(k), step=k, velocities=velocities[k]) for k in range(4)]
     write(tmp_path / "old" / "run.h5md", frames)
     scene_file = tmp_path / "scene.toml"
-    scene_file.write_text("[scene]\nfile = 'old/run.h5md'\nframe = 3\n")
+    scene_file.write_text("[scene]\nfile = 'old/run.h5md'\nframe = 2\n")
     plan = SceneFile.load(scene_file)
     scene = plan.build_scene()
     np.testing.assert_array_equal(scene.positions, start.positions)
-    np.testing.assert_array_equal(scene.velocities, velocities[3])
+    np.testing.assert_array_equal(scene.velocities, velocities[2])
+    for frame in (0, 1, -1, -4):
+        other = dataclasses.replace(plan, scene=plan.scene.replaced(frame=frame))
+        np.testing.assert_array_equal(other.build_scene().velocities, velocities[frame])
     warmer = dataclasses.replace(plan, run=plan.run.replaced(kT=2.0))
     assert warmer.build_scene().velocities is None
     assert (plan.run.kT, warmer.run.kT) == (None, 2.0)

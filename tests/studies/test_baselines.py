@@ -117,6 +117,14 @@ def test_the_error_of_verlet_falls_with_the_square_of_the_step():
     assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.1)
 
 
+def test_equilibration_leaves_nothing_in_the_sums():
+    system = PseudoHardSpheres([[1.0] * 3, [1.97, 1.0, 1.0]], np.eye(2, 3), [5.0] * 3, step=1e-3, skin=0.1)
+    system.run(1)
+    assert system.closest < 1.0
+    system.equilibrate(50)
+    assert (system.steps, system.virial, system.action, system.closest) == (0, 0.0, 0.0, 5.0)
+
+
 @pytest.mark.slow
 def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_hard_ones():
     scene, _ = melted(carom.Scene.crystal(cells=4, density=0.5), 1)

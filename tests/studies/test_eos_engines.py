@@ -56,6 +56,22 @@ def test_threads_give_the_same_bits(serial):
     assert bits(study) == bits(serial)
 
 
+@pytest.mark.parametrize(
+    ("choice", "workers", "most", "name"),
+    [
+        (2, None, None, "2 processes"), (3, 2, 1, "1 process"), (None, 2, None, "2 processes"),
+        ("processes", 3, 2, "2 processes"), ("threads", None, None, "7 threads"),
+        ("threads", 3, 2, "2 threads"),
+    ],
+)  # fmt: skip
+def test_there_are_as_many_workers_as_asked_for_and_no_more_than_tasks(
+    monkeypatch, choice, workers, most, name
+):
+    monkeypatch.setattr(engines, "cores", lambda: 7)
+    with engines.opened(choice, workers, most) as where:
+        assert where.name == name
+
+
 def test_executors_of_the_caller_stay_open(serial):
     with ThreadPoolExecutor(2) as pool:
         assert bits(carom.equation_of_state(ETAS, executor=pool, **SMALL)) == bits(serial)

@@ -258,8 +258,11 @@ def test_only_what_is_missing_runs_and_what_is_damaged_is_missing(whole, tmp_pat
     assert (info["kind"], info["state"].split(":")[0], info["next"]) == (
         "a study", "not finished", f"carom resume {out}",
     )  # fmt: skip
+    half.report(out / "report.html")
+    of_half = (out / "report.html").read_bytes()
     resumed = typed("resume", out, "--json")
     assert resumed.exit_code == whole.done.exit_code, resumed.output
+    assert (out / "report.html").read_bytes() != of_half
     assert [key(task) for task in whole.ran] == [key(task) for task in whole.study.tasks[:2]]
     assert json.loads(resumed.stdout) == json.loads(whole.done.stdout)
     assert results(carom.load(out)) == results(whole.study)

@@ -13,7 +13,7 @@ import carom
 from carom import io
 from carom.errors import CaromWarning, FileError, InputError
 from carom.observables.rdf import PartialRDF
-from carom.studies.measuring import QUANTITIES
+from carom.studies.measuring import QUANTITIES, WAVES
 from carom.studies.result_folders import TABLES
 
 FRAMES = 24
@@ -61,6 +61,7 @@ def test_each_quantity_is_that_of_its_observable(fluid):
     alike = carom.StructureFactor(kmax=float(s.k[-1])).over(frames)
     assert np.array_equal(alike.S, s.S)
     assert s.k[-1] > 2.0 * np.pi / frames[0].diameters[0], "beyond the first peak"
+    assert 0.95 * WAVES < s.k[-1] * (np.prod(frames[0].box) / frames[0].n) ** (1 / 3) <= WAVES
 
 
 def test_frames_are_read_once_and_may_come_from_anywhere(fluid):
@@ -117,6 +118,13 @@ def test_walls_and_gravity_have_a_profile_and_no_g(box):
     # Of the run it is known that no axis keeps its momentum but x; of frames alone only that y has walls.
     right = carom.Dynamics(conserved=(True, False)).over(frames)
     assert found["msd"] == right
+
+
+def test_of_frames_of_another_program_no_momentum_is_taken_as_conserved(fluid, tmp_path):
+    io.convert(fluid, tmp_path / "fluid.lammpstrj")
+    found = carom.measure(tmp_path / "fluid.lammpstrj", "msd")["msd"]
+    assert found == carom.Dynamics(conserved=(False,) * 3).over(tmp_path / "fluid.lammpstrj")
+    assert found != carom.Dynamics().over(tmp_path / "fluid.lammpstrj")
 
 
 def test_what_frames_cannot_give_is_said_and_the_rest_measured(fluid, tmp_path):

@@ -241,6 +241,16 @@ def wells(packing_fraction, kT, **more):
     return System(packing_fraction, 3, {"interaction": well, **({"kT": kT} if kT else {}), **more})
 
 
+def test_the_thermostat_of_wells_keeps_up_with_the_collisions():
+    """Their rate is that of a speed over a length: sqrt(kT / m) / sigma."""
+    usual, other = (
+        wells(0.1, kT, **more).spec(64).scene["drive"]
+        for kT, more in ((3.0, {}), (12.0, {"mass": 4.0, "diameter": 0.5}))
+    )
+    assert (usual["kT"], other["kT"]) == (3.0, 12.0)
+    assert other["rate"] == pytest.approx(2.0 / 2.0 / 0.5 * usual["rate"], rel=1e-3)  # of four digits
+
+
 @pytest.mark.parametrize(
     ("target", "given", "said"),
     [

@@ -117,6 +117,21 @@ SCENES = {
 }
 
 
+DRIVES = [
+    carom.models.Andersen(1.0, 1.0), carom.models.Langevin(1.0, 1.0, 0.1), carom.models.Brownian(1.0, 0.1),
+    carom.models.WhiteNoise(1.0, 1.0), carom.models.Active(1.0, 1.0, 0.1),
+]  # fmt: skip
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: type(drive).__name__)
+def test_replicas_share_no_random_number_and_each_has_its_own_again(drive):
+    tasks = StudySpec(0.1, n=8, replicas=2, scene={"drive": drive}).tasks()
+    one, other, again = map(simulation_of, (*tasks, tasks[0]))
+    for look in (lambda s: s.positions.tolist(), lambda s: s.velocities.tolist(), lambda s: s.scene.drive):
+        assert look(one) == look(again) != look(other)
+
+
 def test_the_table_has_every_key_and_every_study_that_reads_a_scene():
     assert fields_of(SceneSpec).keys() <= KEYS.keys()
     assert SCENES.keys() == REFUSED.keys()

@@ -14,7 +14,7 @@ from carom.observables.statistics import blocking, linear_ratio, ratio
 from carom.simulation.measuring import stretches
 from carom.studies import ShearFlow, ShearSpec
 from carom.studies.scenes import simulation_of
-from carom.studies.shear.measure import means
+from carom.studies.shear.measure import Flow, means
 
 FIVE = 5.0
 """Standard errors within which two numbers agree."""
@@ -119,6 +119,19 @@ def test_a_scene_file_of_a_flow_says_its_rate_and_its_contacts():
     assert "impact" not in elastic.tasks()[0]["scene"]
     assert ShearSpec.from_toml(elastic.to_toml()) == elastic
     assert spec.replaced(relative_error=0.1).strains is None
+
+
+MIXED = [{"fraction": 0.5}, {"fraction": 0.5, "diameter": 0.5}]
+
+
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize(
+    ("given", "simple"),
+    [({}, True), ({"species": MIXED}, False), ({"interaction": WELL}, False), ({"impact": 0.9}, False)],
+)
+def test_flows_of_equal_elastic_hard_particles_alone_are_compared_with_enskog(given, simple):
+    (task,) = ShearSpec(rate=1.0, n=60, packing_fraction=0.2, replicas=1, scene=given).tasks()
+    assert Flow.begin(task).result()["simple"] == simple
 
 
 @pytest.mark.usefixtures("plain")

@@ -1,6 +1,7 @@
 """``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
 
 import csv
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -17,7 +18,7 @@ from carom.scene.velocities import temperature
 from carom.studies import Trade
 from carom.studies.study import Look
 from carom.studies.trade import measures as trade_measures, rows as trade_rows
-from carom.studies.trade.diffusion import EinsteinSlope, looks
+from carom.studies.trade.diffusion import BLOCK, EinsteinSlope, looks
 from carom.studies.trade.methods import engine, oracle, stepping
 from carom.studies.trade.picture import LOOKS, pareto, picture
 from carom.studies.trade.scenes import small_scene
@@ -93,6 +94,13 @@ def test_doubles_follow_the_true_trajectory_as_far_as_they_should(scene, track, 
     assert found.error < 64 * EPS * max(scene[0].box)
     assert found.order == found.position == math.inf  # twelve collisions a particle are no challenge
     assert len(track.order) == track.collisions[-1]
+    order, positions = [*track.order], track.positions.copy()
+    order[8], positions[-2, 3] = (-1, -1), 0.0
+    found = trade_measures.faithfulness(
+        scene[0], method, dataclasses.replace(track, order=order, positions=positions), Look()
+    )
+    assert found.order == 1.0  # eight collisions among sixteen disks
+    assert found.position == track.collisions[-2] / 8
 
 
 def test_a_graze_in_one_of_three_starts_does_not_decide_the_horizon():
@@ -136,6 +144,9 @@ def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
     good = trade_measures.measured(start, engine(), mean_free_time, 0.2, Look())
     bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2, Look())
     z, wrong = good.pressure.Z, bad.pressure.Z
+    for found in (good, bad):
+        # The longer step is 0.3, and a block has a whole number of them.
+        np.testing.assert_allclose(found.pressure.block_durations, BLOCK * mean_free_time, rtol=0.3 / BLOCK)
     # Sixteen disks: what the correction of order 1/N leaves out, beside four errors.
     assert abs(z.mean - true) < 4 * z.error + 0.02 * true
     assert abs(wrong.mean - z.mean) > 4 * math.hypot(wrong.error, z.error)
