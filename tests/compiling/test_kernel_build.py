@@ -14,6 +14,7 @@ from helpers.tiny import run_tiny
 import carom
 from carom.compiling import machine, source, stored
 from carom.compiling.entry import Translated, entry
+from carom.compiling.registry import cold
 from carom.engine import cycle
 from carom.models import Gravity, SquareWell
 
@@ -169,3 +170,25 @@ def test_what_an_entry_point_is_given_may_be_of_any_kind():
             assert asked(numbers, (np.arange(3.0),), None) == ((1.5, True, True, 1), 1)
     with pytest.raises(ValueError, match="must be contiguous"):
         asked((1, 0.5, True), (np.arange(6.0)[::2],), None)
+
+
+@cold
+def doubled(values, k):
+    values[k] += values[k]
+    return values[k]
+
+
+def test_an_array_may_have_each_element_on_a_line_of_its_own():
+    """Partners and times of leaving do, at the ends of rows of the plane."""
+
+    def changed(values, others):
+        values[:] = 3.0
+        values[1] = others[1] + len(values)
+        return doubled(values, 1), doubled(others, 2)
+
+    room = np.zeros((4, 8))
+    others = np.arange(4.0)
+    assert entry(changed)(room[:, 6], others) == (10.0, 4.0)
+    np.testing.assert_array_equal(room[:, 6], [3.0, 10.0, 3.0, 3.0])
+    assert room[:, :6].sum() == room[:, 7].sum() == 0.0
+    assert others.tolist() == [0.0, 1.0, 4.0, 3.0]

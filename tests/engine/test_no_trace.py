@@ -6,8 +6,11 @@ from helpers.marks import slow
 from helpers.mixtures import mixture
 
 import carom
+from carom.engine import build
 from carom.engine.constants import LAMBDA
 from carom.engine.domains.logical_process import refill_queue
+from carom.models import Shear
+from carom.models.interactions.hard_cores import EqualCores
 from carom.simulation.measuring import stretches
 
 SCENES = {
@@ -71,3 +74,45 @@ def test_contacts_computed_from_shortly_before_them_leave_none_either():
         for sim in (alone, disturbed):
             sim.run(time=step)
     np.testing.assert_array_equal(alone.frame().velocities, disturbed.frame().velocities)
+
+
+def engine_of(distance, **settings):
+    """Return the simulation of two disks that approach at the speed 1/2."""
+    scene = carom.Scene(
+        [[1.0, 20.0], [1.0 + distance, 20.0]],
+        (40.0, 40.0),
+        velocities=[[0.5, 0.0], [0.0, 0.0]],
+        **settings,
+    )
+    return carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))._state
+
+
+def found(machine, t):
+    """Return what is made of a time until the contact that a search has found, and what the law says."""
+    model, state, *_ = machine.engine
+    ref = (1 << model.boundary.bits) | 4  # the nearest image
+    given = model, state, 0, ref, 0.0, t
+    return model.timing.found_time(*given), model.timing.contact_time(*given)
+
+
+def test_the_time_that_a_search_has_computed_is_kept_but_for_pairs_far_away_or_touching(unscheduled):
+    t = 4.0 * (1.0 + 2.0**-40)
+    kept, computed = found(engine_of(3.0), t)
+    assert (kept, computed) == ((t, False), (4.0, False))
+    kept, computed = found(engine_of(11.0), 5.0 * t)  # corrected
+    assert kept == computed == (20.0, False)
+    kept, computed = found(engine_of(1.0 - 2.0**-50), 0.0)
+    assert kept == computed == (0.0, True)  # counted
+
+
+def test_it_is_kept_where_the_search_computes_it_as_the_law_does(unscheduled):
+    class Own(EqualCores):
+        def contact_time(self, i, j, rr, rv, vv, now):
+            return max(-rv / vv, 0.0), False
+
+    machine = engine_of(3.0)
+    model = machine.engine.model
+    own = build.timing_of(machine.scheme, machine.system, None, Own(*model.pair), model.motion)
+    assert model.timing.as_found
+    assert not own.as_found
+    assert not engine_of(3.0, motion=Shear(0.1)).engine.model.timing.as_found

@@ -16,6 +16,7 @@ from carom.compiling.faults import Untranslatable
 from carom.compiling.language import (
     BOOL,
     INT64,
+    LINE,
     OF_DTYPE,
     POINTER,
     UINT8,
@@ -122,7 +123,8 @@ class Arrays(Arithmetic):
     def element(self, array: Array, flat: Any) -> str:
         """Return the address of the element of a number, counted through all dimensions."""
         size = array.dtype.itemsize
-        kind = f"[{size} x i8]" if array.dtype.names else element_type(array.dtype).llvm
+        size = LINE if array.spaced else size
+        kind = f"[{size} x i8]" if array.dtype.names or array.spaced else element_type(array.dtype).llvm
         return self.op(f"getelementptr {kind}, ptr {self.place(array.data)}, i64 {self.text(flat)}")
 
     def read(self, array: Array, address: str) -> Any:
@@ -210,12 +212,15 @@ class Arrays(Arithmetic):
             columns = zip(*(each.items for each in items), strict=True)
             return Several(first.cls, [self._chosen(list(each), index) for each in columns])
         if isinstance(first, Array) and all(
-            isinstance(each, Array) and each.dtype == first.dtype and len(each.lengths) == len(first.lengths)
+            isinstance(each, Array)
+            and (each.dtype, each.spaced) == (first.dtype, first.spaced)
+            and len(each.lengths) == len(first.lengths)
             for each in items
         ):
             data = self._chosen([each.data for each in items], index)
             columns = zip(*(each.lengths for each in items), strict=True)
-            return Array(first.dtype, self.text(data), [self._chosen(list(each), index) for each in columns])
+            lengths = [self._chosen(list(each), index) for each in columns]
+            return Array(first.dtype, self.text(data), lengths, spaced=first.spaced)
         if isinstance(first, Known) and all(first.same(each) for each in items):
             return first
         numbers = [self.number(each) for each in items]

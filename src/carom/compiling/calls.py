@@ -300,7 +300,7 @@ class Calls(Variables):
             if data is None:
                 given.append(f"ptr {self.place(value.data)}")
             lengths = (self._apart(each, given) for each in value.lengths)
-            return ("array", value.dtype, data, value.local, value.constant, *lengths)
+            return ("array", value.dtype, data, value.local, value.constant, value.spaced, *lengths)
         if isinstance(value, Known):
             return "known", repr(value.value) if value.type else id(value.value), value.type
         return value if isinstance(value, Leaf) else object()  # nothing that another call could have, too

@@ -16,6 +16,7 @@ from carom.compiling.language import (
     BOOL,
     FLOAT64,
     INT64,
+    LINE,
     NONE,
     OF_DTYPE,
     POINTER,
@@ -71,13 +72,20 @@ _arrays: dict[int, tuple[Any, tuple[Any, ...], tuple[int, ...], str]] = {}
 
 def _noted(value: np.ndarray) -> tuple[Any, tuple[Any, ...], tuple[int, ...], str]:
     """Note for as long as an array lives what it is among the arguments, and return it."""
-    if not value.flags.c_contiguous:
+    spaced = is_spaced(value)
+    if not (spaced or value.flags.c_contiguous):
         raise ValueError(f"An array of shape {value.shape} must be contiguous.")
     key, shape = id(value), value.shape
     reference = weakref.ref(value, lambda gone: _forget(key, gone))
     words = value.ctypes.data, *shape
-    _arrays[key] = found = reference, (value.dtype, len(shape)), words, "Q" + "q" * len(shape)
+    kinds = (value.dtype, (len(shape), "spaced") if spaced else len(shape))
+    _arrays[key] = found = reference, kinds, words, "Q" + "q" * len(shape)
     return found
+
+
+def is_spaced(value: np.ndarray) -> bool:
+    """Tell whether each element of an array is on a cache line of its own."""
+    return value.strides == (LINE,) and not value.flags.c_contiguous
 
 
 def _forget(key: int, gone: Any) -> None:
@@ -115,7 +123,7 @@ def symbols(arguments: tuple[Any, ...]) -> tuple[list[Any], int]:
         if isinstance(value, np.ndarray):
             data, place = Leaf(place, POINTER), place + 1 + value.ndim
             lengths = [Leaf(place - value.ndim + k, INT64) for k in range(value.ndim)]
-            return Array(value.dtype, data, lengths)
+            return Array(value.dtype, data, lengths, spaced=is_spaced(value))
         place += 1
         return Leaf(place - 1, _type_of(value))
 

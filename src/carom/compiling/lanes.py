@@ -57,9 +57,9 @@ def gather_rows(rows, words, start_index, bits, block):
 
 
 def candidate_block(rows):
-    """Return room on the caller's stack for eight old events, (fields, LANES), and keys (LANES,) int64."""
+    """Return room on the caller's stack: eight old events (fields, LANES), keys (LANES,), times (WIDTH,)."""
     columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
-    return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
+    return np.zeros((columns, LANES)), np.zeros(LANES, np.int64), np.zeros(WIDTH)
 
 
 def least(keys):
@@ -169,11 +169,13 @@ def _candidate_block(self: Calls, rows: Any) -> Any:
     columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
     block = self.alloca(f"[{columns * LANES} x double]", 64)
     keys = self.alloca(f"[{LANES} x i64]", 64)
+    times = self.alloca(f"[{WIDTH} x double]", 64)
     return Several(
         tuple,
         [
             Array(np.dtype(np.float64), block, [Known(columns), Known(LANES)]),
             Array(np.dtype(np.int64), keys, [Known(LANES)]),
+            Array(np.dtype(np.float64), times, [Known(WIDTH)]),
         ],
     )
 

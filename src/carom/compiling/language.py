@@ -35,6 +35,8 @@ INT8, UINT8 = Type("int8", "i8", 8), Type("uint8", "i8", 8, False)
 BOOL = Type("bool", "i1", 1, False)
 POINTER = Type("pointer", "ptr", 64, False)
 
+LINE = 64  # bytes of a cache line
+
 NUMBERS = (FLOAT64, FLOAT32, INT64, UINT64, INT32, UINT32, INT16, UINT16, INT8, UINT8, BOOL)
 
 OF_DTYPE: dict[Any, Type] = {np.dtype(each.name): each for each in NUMBERS}
@@ -114,13 +116,14 @@ class Several(NamedTuple):
 
 
 class Array(NamedTuple):
-    """A contiguous array: its first element is at ``data``, a Leaf, a Slot or a text."""
+    """An array, contiguous or of one element a line: its first is at ``data``, a Leaf, a Slot or a text."""
 
     dtype: np.dtype
     data: Any
     lengths: list  # numbers, one a dimension
     local: bool = False  # whether it lies on the stack of the function
     constant: bool = False  # whether it is known while compiling, and not to be written
+    spaced: bool = False  # whether each element is on a cache line of its own
 
 
 class Record(NamedTuple):

@@ -179,7 +179,7 @@ class Variables(Arrays):
         if isinstance(first, Array):
             data = pointer([each.data for each in values])
             lengths = [part(column) for column in zip(*(each.lengths for each in values), strict=True)]
-            return Array(first.dtype, data, lengths, any(each.local for each in values), first.constant)
+            return first._replace(data=data, lengths=lengths, local=any(each.local for each in values))
         raise Untranslatable(f"this is {described(first)} or another: let both be alike")
 
     def select(self, condition: str, yes: Any, no: Any) -> Any:
@@ -216,7 +216,7 @@ def alike(a: Any, b: Any) -> bool:
         same = a.cls is b.cls and len(a.items) == len(b.items)
         return same and all(alike(x, y) for x, y in zip(a.items, b.items, strict=True))
     if isinstance(a, Array) and isinstance(b, Array):
-        return (a.dtype, len(a.lengths), a.constant) == (b.dtype, len(b.lengths), b.constant)
+        return (a.dtype, len(a.lengths), *a[4:]) == (b.dtype, len(b.lengths), *b[4:])
     if isinstance(a, Record) and isinstance(b, Record):
         return a.dtype == b.dtype
     if isinstance(a, Known) and a.type is None:

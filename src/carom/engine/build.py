@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import make_lanes
+from carom.compiling.registry import is_ours
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.constants import POWERS, TALLY
 from carom.engine.neighbors.all_pairs import AlongCurves, Everybody, Pairs
@@ -27,6 +28,7 @@ from carom.engine.system import System
 from carom.engine.tilted_lattice import in_lattice
 from carom.models.interactions.units import Units
 from carom.models.interfaces.memory import copied, copy_state
+from carom.models.interfaces.motion import MotionModel
 from carom.models.mathematics.contact import MOST_DIAMETERS
 
 MOST_FLOWN = 8.0
@@ -109,7 +111,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair, model.motion)
-    timing = timing_of(scheme, system, neighbors, pair)
+    timing = timing_of(scheme, system, neighbors, pair, model.motion)
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
@@ -130,7 +132,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     )
 
 
-def timing_of(scheme: NeighborPlan, system: System, neighbors, pair) -> Timing:
+def timing_of(scheme: NeighborPlan, system: System, neighbors, pair, motion) -> Timing:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
         return FromCache(neighbors.start_times)
@@ -144,7 +146,9 @@ def timing_of(scheme: NeighborPlan, system: System, neighbors, pair) -> Timing:
     free_space = 0.49 * system.narrowest / max(system.stretch) - growing * system.diameter
     size = system.smallest if system.smallest_contact >= ALIKE * system.smallest else system.smallest_contact
     ahead = min(MOST_FLOWN * size, free_space)
-    return FromRows(ahead**2) if ahead >= SLIGHT * size else FromNow()
+    as_found = is_ours(type(pair).contact_time.__module__)
+    as_found &= type(motion).candidate_relative_to is MotionModel.candidate_relative_to
+    return FromRows(ahead**2, as_found) if ahead >= SLIGHT * size else FromNow()
 
 
 def _smallest_core(interaction: Any, pair, system: System) -> float:

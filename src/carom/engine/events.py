@@ -34,7 +34,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     ref, t = found
     while ref >= 0:
         j = model.boundary.index(ref)
-        event_time, clamped = model.timing.contact_time(model, state, i, ref, now, t)
+        event_time, clamped = model.timing.found_time(model, state, i, ref, now, t)
         repeats = ref == met and event_time == now
         if not repeats and (searched or event_time <= rows[j].event_time):
             break

@@ -13,6 +13,11 @@ from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
+PLANE = 2
+"""Dimension in which the time that a search has computed is kept; in space it is sooner computed once more
+(docs/decisions/08-tried-and-left.md).
+"""
+
 NO_REF = -1
 """No ref: nothing is left out of a search."""
 
@@ -21,16 +26,17 @@ NO_REF = -1
 def earliest(model, state, i, now, refs, start_index, count, block_half, avoided):
     """Return the ref of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
 
-    The time has 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
-    the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized.
+    Times have 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
+    the earliest. The loop over eight has no branch and stays in registers, so that it is vectorized. In the
+    plane the time returned has all bits.
     """
     me = state.rows[i]
     first_lane = block_half * WIDTH
-    block, keys = candidate_block(state.rows)
+    block, keys, times = candidate_block(state.rows)
     dimension = len(model.boundary.edges)
     bits = model.boundary.index_bits()
     best = NO_CANDIDATE
-    chosen = -1
+    chosen, time = -1, NEVER
     for start in range(0, count, WIDTH):
         size = min(int(count) - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
@@ -51,6 +57,7 @@ def earliest(model, state, i, now, refs, start_index, count, block_half, avoided
                 t = model.boundary.candidate_time(
                     model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
                 )
+                times[number] = t
                 eligible = block[2 * dimension + 1, k] >= now + t
                 eligible &= ref != avoided
                 eligible &= number < size  # what follows the last candidate is somebody's ref, but not i's
@@ -60,8 +67,9 @@ def earliest(model, state, i, now, refs, start_index, count, block_half, avoided
         first = least(keys)
         if first < best:
             best = first
+            time = times[first & (WIDTH - 1)]
             chosen = refs[start_index + start + (first & (WIDTH - 1))]
-    return chosen, (best & ~(WIDTH - 1)).view(np.float64)
+    return chosen, time if dimension == PLANE else (best & ~(WIDTH - 1)).view(np.float64)
 
 
 def relative(model, state, i, ref, now):
@@ -95,6 +103,10 @@ class Timing(Questions):
         t, clamped = model.boundary.refined_time(model.pair, i, ref, rr, rv, vv, now)
         return now + t, clamped
 
+    def found_time(self, model, state, i, ref, now, t):
+        """Return the same; t is what the search has computed, and may be what is asked for."""
+        return self.contact_time(model, state, i, ref, now, t)
+
 
 class FromNow(Timing):
     """Contacts that are computed from the moment at which they are found."""
@@ -110,6 +122,16 @@ class FromRows(Timing):
     """Square of how far two may fly relative to each other from the moment from which their contact is
     computed [length^2].
     """
+    as_found: bool  # whether searches compute the time until a contact as this does, to the last bit
+
+    def found_time(self, model, state, i, ref, now, t):
+        if len(model.boundary.edges) == PLANE:
+            then = max(np.float64(state.rows[i].t), np.float64(state.rows[model.boundary.index(ref)].t))
+            _, _, vv = relative(model, state, i, ref, now)
+            # What is clamped is counted, and what is far away is computed from nearby.
+            if self.as_found and then == now and t > 0.0 and t * t * vv < 0.99 * self.square:
+                return now + t, False
+        return self.contact_time(model, state, i, ref, now, t)
 
     def contact_time(self, model, state, i, ref, now, t):
         rows = state.rows

@@ -56,13 +56,20 @@ def leaves_first(state, i):
 
 @cold
 def prefetch_next(calendar, state, neighbors, boundary, motion):
-    """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone."""
-    buckets = calendar.buckets
+    """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone.
+
+    In huge systems it pays to find out which are stale, their event a later one: these ask for nothing more.
+    """
+    control, buckets = calendar.control[0], calendar.buckets
     last = neighbors.stages()
-    ahead = calendar.control[0].ahead != 0
+    ahead = control.ahead != 0
+    small = len(state.partner) < HUGE
     for step in range(last):  # a number that the compiler knows
-        bucket = calendar.control[0].cursor + last - step
+        bucket = control.cursor + last - step
         # The last one takes what is due beyond the window.
         if bucket < len(buckets) - 1 and (ahead or step == 0):
+            end = control.start + (bucket + 1) * control.width
             for k in range(buckets[bucket, 0]):
-                neighbors.prefetch_event(motion, boundary, state, buckets[bucket, k + 2], step)
+                i = buckets[bucket, k + 2]
+                if step == 0 or small or min(state.rows[i].event_time, state.crossing_time[i]) <= end:
+                    neighbors.prefetch_event(motion, boundary, state, i, step)
