@@ -159,14 +159,14 @@ def test_what_another_process_did_meanwhile_stays(reference, tmp_path, monkeypat
     if goes_on:
         full_run.stopped(scene, out, after=0.4)
     go = (lambda: carom.resume(out)) if goes_on else lambda: carom.run(scene, out, overwrite=True)
-    ready = Run._report
+    ready = Run.tell
 
     def other(*arguments):
         monkeypatch.undo()
         go()
         ready(*arguments)
 
-    monkeypatch.setattr(Run, "_report", other)
+    monkeypatch.setattr(Run, "tell", other)
     with pytest.raises(carom.FileError, match="Another process was running"):
         go()
     assert_same_run(reference[1], out)

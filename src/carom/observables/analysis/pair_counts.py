@@ -130,7 +130,8 @@ def distance_counts(
 
     def portion(first: int, last: int) -> np.ndarray:
         counts, room = np.zeros(length, dtype=np.int64), len(others.order)
-        _count(*asked, first, last, counts, scratch_of(near, room), np.empty(room, np.uint32))
+        scratch = *scratch_of(near, room), np.empty(room, np.uint32)
+        _count(*asked, (first, last), counts, scratch)
         return counts
 
     columns = grid.columns
@@ -156,18 +157,18 @@ def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: f
 
 
 @entry
-def _count(mine, yours, near, alike, bounds, first, last, counts, scratch, slots):
-    """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
+def _count(mine, yours, near, alike, bounds, columns, counts, scratch):
+    """Add the pairs of the ``columns`` from the first to the last to ``counts``; place 0 is below all bins.
 
     If both hold the same particles, a pair of cells is visited from the lower number.
     """
     ours, starts, _ = mine
     theirs, others, _ = yours
     height, _, _, period = near
-    begins, ends, squares = scratch
+    begins, ends, squares, slots = scratch
     edges, low, scale, doubt = bounds
     origin, bins, top = edges[0], len(edges) - 1, float(len(counts) - 2)
-    for column in range(first, last):
+    for column in range(columns[0], columns[1]):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:

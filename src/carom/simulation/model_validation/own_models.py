@@ -42,7 +42,8 @@ SEVERAL = 16  # obstacles that are tried, if there are so many
 def try_own_models(kinds: set[str], obstacles: list[int], scene: Scene, system: System) -> None:
     """Raise InputError where own models, of these ``kinds`` and numbers, are not what the engine wants."""
     setting = setting_of(scene, system)
-    values = {kind: getattr(system, kind) for kind in TRIALS if kind in kinds}
+    owners = {"drive": system.scene}
+    values = {kind: getattr(owners.get(kind, system), kind) for kind in TRIALS if kind in kinds}
     for kind, value in values.items():
         # The model of an elastic impact is None.
         model = (
