@@ -29,8 +29,8 @@ from soak import compare
 
 import carom
 from carom.engine.domains.decomposition import most_slabs
+from carom.processors import cores
 from carom.simulation.workers.executive import Executive, Settings, Timings
-from carom.simulation.workers.thread_pool import cores
 
 ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000

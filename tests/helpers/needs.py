@@ -30,7 +30,7 @@ def _lammps():
 
 
 def _idle():
-    from carom.simulation.workers.thread_pool import cores
+    from carom.processors import cores
 
     return cores() >= 2 and os.getloadavg()[0] <= 0.5
 

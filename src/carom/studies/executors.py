@@ -23,7 +23,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import CaromError, InputError
-from carom.simulation.workers.thread_pool import cores
+from carom.processors import cores
 from carom.studies.job import Stopped
 from carom.texts import counted
 

@@ -7,7 +7,6 @@ threads or on the order of the particles.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
@@ -20,6 +19,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.geometry.nearby import members_of, near_cells, put_spans, put_squares, scratch_of
 from carom.geometry.overlaps import geometry_of_frame
+from carom.processors import cores
 
 WORTH_THREADS = 2_000_000
 """Number of pairs in reach below which a second thread gains nothing; they take some 15 ms."""
@@ -153,7 +153,7 @@ def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: f
     pairs = 0.5 * len(ours.order) * len(others.order) * min(float(np.prod(2.0 * reach / box)), 1.0)
     if pairs < WORTH_THREADS:
         return 1
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores()
 
 
 @entry

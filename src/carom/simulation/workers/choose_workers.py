@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.simulation.workers.thread_pool import cores
+from carom.processors import cores
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState

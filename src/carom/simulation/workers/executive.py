@@ -30,8 +30,9 @@ from carom.engine.domains.rollback import commit, make_saved_state, roll_back, s
 from carom.engine.epochs import advance_epoch, retime_all
 from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.observers.interface import Observers
+from carom.processors import cores
 from carom.simulation.autotune import Pace
-from carom.simulation.workers.thread_pool import ThreadPool, cores, signals_held
+from carom.simulation.workers.thread_pool import ThreadPool, signals_held
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 
 if TYPE_CHECKING:

@@ -11,11 +11,6 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 class ThreadPool:
     """A fixed number of threads."""
 

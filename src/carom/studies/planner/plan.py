@@ -19,10 +19,10 @@ from carom.io import records
 from carom.notebook import watchable
 from carom.observables.statistics import unwarned
 from carom.paths import writing
+from carom.processors import cores as all_cores
 from carom.results import Result, html_of, plain
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation.workers.thread_pool import cores as all_cores
 from carom.spec import file_of
 from carom.studies import executors
 from carom.studies.folder import Folder, Task
