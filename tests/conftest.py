@@ -9,6 +9,7 @@ import pytest
 import typer.testing
 from helpers.limits import SLOW_LIMIT, Limits
 from helpers.marks import slow
+from helpers.memory import give_back
 from helpers.needs import NEEDS, needs_of, reason, skip_without
 from helpers.plain import uncompiled
 from hypothesis import settings
@@ -93,6 +94,11 @@ def pytest_collection_modifyitems(config, items):
 def pytest_runtest_setup(item):
     """Skip a test that needs what is not there."""
     skip_without(*needs_of(item) - (item.config.getoption("needing") or set()))
+
+
+def pytest_runtest_logfinish():
+    """Keep a worker below a gigabyte."""
+    give_back()
 
 
 def _said(report):
