@@ -1,6 +1,7 @@
 """The kernel as it is built: without compilation, with bounds checks, vectorized, on any processor."""
 
 import ast
+import importlib
 import shutil
 import types
 from functools import cache
@@ -17,6 +18,8 @@ from carom.compiling.entry import Translated, entry
 from carom.compiling.registry import cold
 from carom.engine import cycle
 from carom.models import Gravity, SquareWell
+from carom.models.interfaces.observer import ObserverModel
+from carom.observables import pressure_profile
 
 PACKAGE = Path(carom.__file__).parent
 
@@ -106,6 +109,16 @@ def imported(module):
     return {alias.asname or alias.name: node.module for node in found for alias in node.names}
 
 
+def rooms_of(function):
+    """Return the rooms of a function, and of what it names."""
+    found = {function.__module__.split(".")[1]}
+    for used in function.__code__.co_names:
+        value, place = function.__globals__.get(used), imported(function.__module__).get(used, "")
+        if not isinstance(value, types.ModuleType | type) and place.startswith("carom."):
+            found.add(place.split(".")[1])
+    return found
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_all_that_is_compiled_lies_where_the_sources_count(unscheduled, name, monkeypatch):
     monkeypatch.setattr(source, "_plans", {})
@@ -113,11 +126,42 @@ def test_all_that_is_compiled_lies_where_the_sources_count(unscheduled, name, mo
     functions = [each for each in source._plans if each.__module__.startswith("carom.")]
     assert len(functions) > 50
     for function in functions:
-        assert function.__module__.split(".")[1] in stored.ROOMS, function
-        for used in function.__code__.co_names:
-            value, place = function.__globals__.get(used), imported(function.__module__).get(used, "")
-            if not isinstance(value, types.ModuleType | type) and place.startswith("carom."):
-                assert place.split(".")[1] in stored.ROOMS, (function, used)
+        assert rooms_of(function) <= {*stored.ROOMS}, function
+
+
+def entries():
+    """Yield the module and the name of all entry points."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if "\n@entry\n" in (text := path.read_text(encoding="utf-8")):
+            module = ".".join(("carom", *path.relative_to(PACKAGE).with_suffix("").parts))
+            for node in ast.parse(text).body:
+                if any(getattr(each, "id", "") == "entry" for each in getattr(node, "decorator_list", ())):
+                    yield module, node.name
+
+
+@pytest.mark.parametrize(("module", "name"), [*entries()])
+def test_an_entry_point_is_compiled_anew_when_its_file_was_edited(module, name, monkeypatch):
+    function = getattr(importlib.import_module(module), name).__wrapped__
+    assert rooms_of(function) <= {*stored.ROOMS, module.split(".")[1]}
+    edited, read = Path(function.__code__.co_filename), Path.read_bytes
+
+    def file():
+        stored.sources.cache_clear()
+        return stored.Shelf(function, [], [], False).file
+
+    try:
+        before = file()
+        monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path == edited))
+        assert file() != before
+    finally:
+        stored.sources.cache_clear()
+
+
+def test_what_observes_for_a_measure_lies_where_the_sources_count():
+    observers = [each for each in ObserverModel.__subclasses__() if each.__module__.startswith("carom.")]
+    assert pressure_profile.LayerFlux in observers
+    for each in observers:
+        assert each.__module__.split(".")[1] in stored.ROOMS, each
 
 
 @pytest.mark.needs("an x86-64 processor")

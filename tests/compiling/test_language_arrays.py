@@ -112,10 +112,18 @@ def chosen(values, table, k, x):
     return row[0]
 
 
+def less(j, k):
+    if k < j:
+        return k
+    return j
+
+
 def from_the_end(values, table, k, x):
     total = x
     for j in range(len(values)):  # not negative, and k may be
         for at in (min(j, k), min(k, j), max(j - 4, k), j + k if k < 0 else -1 - j, k if k < j else j):
+            total = 0.5 * total + values[at]
+        for at in (less(j, k), less(k, j), table.shape[0] if k < j - 9 else k):
             total = 0.5 * total + values[at]
     return total
 
@@ -240,7 +248,7 @@ EXACT = {
     "angles": lambda x, y: (math.radians(x), math.degrees(y), np.radians(x)),
     "bits": lambda x, y: (math.ldexp(x, 3), np.isfinite(x), np.isnan(y), np.isinf(x)),
     "larger": lambda x, y: (np.maximum(x, y + 0.5), np.minimum(x - 0.5, y)),
-    "squares": lambda x, y: (np.square(x), np.spacing(abs(x))),
+    "squares": lambda x, y: (np.square(x), np.spacing(x)),
     "whole ones": lambda x, y: (math.floor(x % 7.0), round(y % 9.0), math.ceil(-(x % 3.0)), int(x % 99.0)),
 }
 

@@ -97,6 +97,14 @@ def test_caps_have_a_degree_of_freedom_for_every_direction_on_the_sphere_and_no_
         assert temperature(scene, speed) == pytest.approx(2.0 * 9.0 / (k - 1), rel=EPS)
 
 
+def test_caps_cover_their_part_of_a_sphere_in_any_dimension():
+    angle = math.asin(0.4)
+    parts = {2: angle, 3: 0.5 * math.pi * (1.0 - math.cos(angle)), 4: angle - 0.5 * math.sin(2.0 * angle)}
+    for k, part in parts.items():
+        found = GreatCircles(2.0).packing_fraction(np.array([1.6, 1.6]), (16.0,) * k)
+        assert found == pytest.approx(2.0 * part / math.pi, rel=1e-13)
+
+
 def test_two_points_on_one_great_circle_swap_their_speeds(plain):
     scene = carom.Scene(
         [[5.0, 4.0, 4.0], [4.0, 5.0, 4.0]], box=8.0, diameter=0.2,

@@ -13,10 +13,11 @@ from helpers.magnetic import charges, least_gap
 from helpers.scripts import python
 
 import carom
+from carom.compiling import registry
 from carom.compiling.entry import entry
 from carom.compiling.lanes import asked_of, make_lanes
 from carom.errors import InputError
-from carom.models import Ball, FreeFlight, Gravity, HardCores, Restitution
+from carom.models import Ball, FreeFlight, Gravity, HardCores, Restitution, model_checks
 from carom.models.interfaces.contact import ImpactModel
 from carom.models.interfaces.interaction import PairModel
 from carom.models.interfaces.obstacle import ObstacleModel
@@ -492,3 +493,13 @@ def test_what_cannot_be_compiled_is_one_sentence_with_the_name_of_the_model():
     assert re.match(words, str(refused.value))
     assert str(refused.value).endswith("a Misspelt has no heigth.")
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("module", "own"),
+    [("carom.models.wells", False), ("carom", False), ("carom_models", True), ("caromel.wells", True)],
+)
+def test_a_model_is_of_the_user_by_the_package_that_its_class_is_in(module, own):
+    value = type("Cores", (), {"__module__": module})()
+    assert model_checks.is_own(value) == own
+    assert registry.is_ours(module) == (not own)

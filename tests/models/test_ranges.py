@@ -22,6 +22,7 @@ from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata
 from carom.simulation.replay import Replay
+from carom.simulation.system_of_scene import prepare
 
 CIRCLES = ((2.0, 3.0), (2.5,))
 TIMERS = (0.5, 0.0)
@@ -380,6 +381,18 @@ def test_bad_input_is_refused_in_a_sentence(make, words):
         make()
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
+
+
+def test_a_unit_forgets_a_target_that_is_gone_when_its_timer_is_due():
+    from carom.models.interactions.units import cause_of
+
+    scene = scattered()
+    pair = scene.interaction.model(prepare(scene, np.zeros_like(scene.positions)).particles)
+    for present, told in ((1, 5), (0, -1)):
+        pair.targets[3], pair.present[5] = 5, present
+        assert cause_of(pair, 3, 0.25) == (TIMER, told)
+        assert pair.targets[3] == told
+        assert pair.timers[3] == math.inf
 
 
 @pytest.mark.parametrize(

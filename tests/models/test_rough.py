@@ -271,6 +271,8 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
     frame = sim.frame()
     assert not frame.spins[:10].any()
     assert frame.spins[10:].all()
+    moving = 0.5 * 0.45**2 * np.mean(frame.spins[10:] ** 2)  # I w^2, of disks of mass 1
+    assert sim.kT_rotational == pytest.approx(moving, rel=1e-12)
     assert sim.statistics.energy_drift < 1e-13
 
 

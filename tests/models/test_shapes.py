@@ -171,6 +171,14 @@ def test_solids_in_three_dimensions_stand_in_every_image():
         (lambda: CylindricalContainer(2, (1.0, 1.0), 1.0), "axis of a cylinder must be"),
         (lambda: Cuboid((0.0, 0.0), (1.0, 1.0)).check((3.0, 3.0, 3.0), (False,) * 3), "3 coordinates"),
         (lambda: Cuboid((0.0, 0.0), (2.0, 1.0)).check((3.0, 3.0), (True, True)), "fit into half"),
+        *(
+            (lambda body=body: body.check((3.0, 9.0), (True, True)), "1.6 wide along x.*fit into half")
+            for body in (
+                Segment((0.0, 0.0), (1.0, 0.0), radius=0.3),
+                Triangle((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), radius=0.3),
+                Cuboid((0.0, 0.0), (1.0, 1.0), radius=0.3),
+            )
+        ),
         (lambda: Arc((1.0, 2.0), 1.5).check((4.0, 4.0), (True, False)), "crosses the edge"),
         (lambda: Arc((1.0, 2.0, 3.0), 1.5).check((4.0, 4.0, 4.0), (False,) * 3), "two dimensions"),
     ],
@@ -220,3 +228,27 @@ def test_a_shape_too_wide_to_tell_its_images_apart_is_refused(obstacle):
     # The disk touches the far end of the segment 6.5 from its middle: the nearest image would be another one.
     with pytest.raises(InputError, match="room for the largest diameter"):
         carom.Scene([[0.5, 5.0]], 10.0, diameter=8.0, obstacles=[obstacle])
+
+
+def test_what_is_given_boxes_away_is_met_where_its_image_in_the_box_is(plain):
+    found = []
+    for turns in ((0, 0), (1, 0), (-2, 3)):
+
+        def at(x, y, turns=turns):
+            return x + 8.0 * turns[0], y + 8.0 * turns[1]
+
+        obstacles = [
+            Ball(at(2.0, 2.0), 0.7),
+            Segment(at(5.0, 2.0), at(6.5, 3.0), radius=0.2),
+            Cuboid(at(2.0, 5.0), at(4.0, 6.0)),
+            Triangle(at(5.5, 5.0), at(7.0, 5.0), at(6.0, 6.5)),
+        ]
+        scene = carom.Scene([[0.5, 0.5], [4.2, 4.0], [5.0, 7.5]], 8.0, diameter=0.5, obstacles=obstacles)
+        sim = carom.Simulation(scene, seed=1)
+        sim.run(time=8.0)
+        found.append(([each.hits for each in sim.obstacles], sim.frame().unwrapped))
+    hits, places = found[0]
+    assert min(hits) > 0
+    for others, there in found[1:]:
+        assert others == hits
+        assert there == pytest.approx(places, abs=1e-6)  # each contact magnifies rounding

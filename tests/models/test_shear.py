@@ -14,6 +14,7 @@ from helpers.sheared import Naive
 import carom
 from carom.engine.neighbors import grid
 from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.observers.stream import fly, make_stream_sums
 from carom.errors import InputError
 from carom.geometry.overlaps import Geometry
 from carom.models import Andersen, Ball, Kind, Ranges, Restitution, Rough, Shear
@@ -272,6 +273,27 @@ def test_the_flight_before_a_kick_counts(plain, rate):
     assert np.abs(found.carried - integral).max() < bound
     assert bound < 0.05 * np.abs(integral).max()
     assert not found.handed_over.any()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("rate", [0.7, -0.7])
+def test_sums_over_a_flight_are_those_of_its_velocities(d, rate):
+    rng = np.random.default_rng(d)
+    masses, u = rng.uniform(0.5, 2.0, 5), rng.normal(size=(5, d)) + 1.0
+    sums = make_stream_sums(rate, masses, u, np.full(d, True))
+    fly(sums, 0.3)
+    fly(sums, 0.8)
+
+    def moments(t):
+        v = u.copy()
+        v[:, 0] -= rate * t * u[:, 1]
+        v -= np.average(v, axis=0, weights=masses)
+        return np.einsum("i,ia,ib->ab", masses, v, v)
+
+    assert sums.moments == pytest.approx(moments(0.8), rel=1e-13, abs=1e-13)
+    places, weights = np.polynomial.legendre.leggauss(2)  # exact up to cubes of the time
+    integral = sum(0.4 * weight * moments(0.4 * (1.0 + x)) for x, weight in zip(places, weights, strict=True))
+    assert sums.integral == pytest.approx(integral, rel=1e-13, abs=1e-13)
 
 
 def mixture_in_shear():

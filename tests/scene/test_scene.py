@@ -21,6 +21,7 @@ from carom.geometry import overlaps
 from carom.geometry.contacts import Contacts
 from carom.geometry.overlaps import Geometry
 from carom.models import Ball, Shear
+from carom.scene import placement
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.scene import Scene
@@ -410,6 +411,18 @@ def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
     assert bound < 1e-4
     with pytest.raises(OverlapError):
         Scene.from_frame(frame_of(exact, positions=start * (1 - 1e-4)))
+
+
+@pytest.mark.parametrize("many", [1, placement.MANY])
+def test_pinned_ones_stay_where_a_frame_of_single_precision_has_them(plain, monkeypatch, many):
+    """The first reaches into a wall and into the second; the fourth touches the third, but for rounding."""
+    monkeypatch.setattr(placement, "MANY", many)
+    start = np.array([[0.2, 1.0], [0.6, 1.0], [3.0, 1.0], [4.0 - 4e-8, 1.0]])
+    exact = Scene(np.round(start, 6), (6.0, 3.0), walls="x", pinned=[0, 1, 2])
+    with pytest.warns(CaromWarning, match="spheres 2 and 3 overlap"):
+        moved = Scene.from_frame(frame_of(exact, positions=start), pinned=[0, 1, 2])
+    np.testing.assert_array_equal(moved.positions[:3], start[:3])
+    assert 0.0 < moved.positions[3, 0] - start[3, 0] < 1e-4
 
 
 @pytest.mark.parametrize(

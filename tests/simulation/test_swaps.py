@@ -170,8 +170,10 @@ def test_rates_of_growth_go_with_the_diameters():
 def test_rates_of_growth_stay_with_the_diameters_in_another_engine_and_from_a_file(plain, tmp_path):
     scene = spheres(12, fraction=0.2)
     sim = swapping(scene, growth=0.02 * scene.diameters, seed=1)
-    sim.run(time=1.0)
+    block = sim.run(time=1.0)
     assert sim.statistics.swaps_accepted > 5
+    filled = (1.02**4 - 1.0) / 0.08  # the mean of the cube of 1 to 1.02
+    assert block.sizes.packing_fraction == pytest.approx(filled * scene.packing_fraction, rel=1e-12)
     sim.rescale(1.0)
     sim.run(time=0.2)
     sim.save(tmp_path / "growing.h5")

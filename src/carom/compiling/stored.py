@@ -16,7 +16,7 @@ import re
 import sys
 import types
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +33,8 @@ PATIENCE = 600.0
 """Seconds for which a process waits for another that compiles the same. The lock of one that is killed ends
 with it; nobody waits longer for one that is stopped, or whose drive keeps its lock."""
 
-ROOMS = ("compiling", "engine", "models", "observables")
-"""Rooms of this package whose functions are compiled."""
+ROOMS = ("compiling", "engine", "geometry", "models", "observables")
+"""Rooms of this package of whose functions compiled code may be made, wherever its entry point is."""
 
 KNOWN_BY_VERSION = sys.stdlib_module_names | {"numpy", "numba", "llvmlite", "scipy"}
 
@@ -48,13 +48,13 @@ def digest(*words: Any) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
 
 
-@lru_cache(maxsize=1)
-def sources() -> str:
-    """Return the SHA-256 of the sources of this package."""
+@cache
+def sources(room: str = "") -> str:
+    """Return the SHA-256 of the sources of this package; the ``room`` of an entry point counts, too."""
     found = hashlib.sha256()
     package = Path(__file__).parents[1]
-    for room in ROOMS:
-        for path in sorted((package / room).rglob("*.py")):
+    for each in sorted({*ROOMS, room or ROOMS[0]}):
+        for path in sorted((package / each).rglob("*.py")):
             found.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return found.hexdigest()
 
@@ -79,9 +79,10 @@ class Shelf:
         versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), checked)
         self.kind = digest(function.__module__, said, versions)
         self.walk: Walk | None = Walk()
-        origins = sources()
+        ours = registry.is_ours(function.__module__)
+        origins = sources(function.__module__.split(".")[1] if ours else "")
         try:
-            if not registry.is_ours(function.__module__):
+            if not ours:
                 self.walk.visit(function)
             self.walk.visit_classes(classes)
             origins += self.walk.found.hexdigest()

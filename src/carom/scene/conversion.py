@@ -305,7 +305,7 @@ def parted(positions: Any, room: Geometry, contacts: Contacts, pinned: np.ndarra
 
     # The spheres of a fluid separate in a few steps. Otherwise they are jammed, and the overlap is an error.
     clearance = 1 + 2 * single / float(diameters.min())
-    moved = placement.separated(places, room, contacts, radii, clearance=clearance, patience=200)
+    moved = placement.separated(places, room, contacts, radii, clearance, 200, pinned)
     if moved is None:
         return positions
     warn(

@@ -48,6 +48,9 @@ PATIENCE = 5000
 #: pushed out instead.
 THROWS = 50
 
+#: Weight of a component that stays: above all others, and a power of two, which leaves products exact.
+UNMOVED = 2.0**900
+
 
 def random_limit(dimension: int) -> float:
     """Return the highest packing fraction at which spheres are placed at random in d dimensions.
@@ -198,26 +201,30 @@ def separated(
     radii: np.ndarray,
     clearance: float = CLEARANCE,
     patience: int = PATIENCE,
+    pinned: np.ndarray | None = None,
 ) -> np.ndarray | None:
     """Return spheres moved apart and out of obstacles, or None if that takes more than ``patience`` steps.
 
-    Pairs closer than ``clearance`` contact distances are moved to that.
+    Pairs closer than ``clearance`` contact distances are moved to that. Those ``pinned`` (n,) stay, and may
+    overlap each other.
     """
     n, dimension = positions.shape
     # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.
     weight = power(contacts.diameters / contacts.size(0), dimension)
+    if pinned is not None:
+        weight = np.where(pinned, UNMOVED, weight)
     obstructed = bool(room.everything())
     if n >= MANY and not room.tilt:
         return _swept(positions, room, contacts, radii, weight, clearance, patience)
     far = (0.5 * SKIN * contacts.sizes) ** 2
     listed_at = positions = room.wrapped(positions)
-    pairs = room.pairs(positions, contacts, clearance, SKIN)
+    pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), weight)
     contact = contacts.of(pairs)
     for _ in range(patience):
         moved = positions - listed_at
         if (np.einsum("ij,ij->i", moved, moved) > far).any():
             listed_at = positions = room.wrapped(positions)
-            pairs = room.pairs(positions, contacts, clearance, SKIN)
+            pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), weight)
             contact = contacts.of(pairs)
         separation = room.separations(positions, pairs)
         distance = np.sqrt(np.einsum("ij,ij->i", separation, separation))
@@ -234,6 +241,11 @@ def separated(
         ]
         positions = (positions if outside is None else outside) + np.stack(shift, axis=1)
     return None
+
+
+def _movable(pairs: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the pairs (m, 2) of which one moves at least."""
+    return pairs[(weight[pairs] < UNMOVED).any(axis=1)]
 
 
 def _swept(
@@ -258,7 +270,7 @@ def _swept(
         if listed_at is None or (((positions - listed_at) ** 2).sum(axis=1) > far).any():
             listed_at = room.wrapped(positions)
             positions = listed_at.copy()
-            pairs = room.pairs(positions, contacts, clearance, WIDE_SKIN)
+            pairs = _movable(room.pairs(positions, contacts, clearance, WIDE_SKIN), weight)
             contact = contacts.of(pairs)
         outside = _moved_out(positions, room, radii, clearance) if obstructed else None
         if outside is not None:

@@ -191,10 +191,11 @@ def test_the_next_contact_is_the_earliest_with_whom_nothing_has_happened_to():
     assert contacts.counts[0] == 3
 
 
-def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
+@pytest.mark.parametrize("sense", [1, -1])
+def test_who_has_too_many_contacts_knows_until_when_they_are_complete(sense):
     n = CAPACITY + 3
     contacts = make_contacts(n, np.float64)
-    for j in range(n - 1, 0, -1):
+    for j in range(1, n)[::sense]:
         keep(contacts, 0, j, 0.0, float(j))
     dues = np.full(n, NEVER)
     assert known(contacts, dues) == (1, True)
@@ -202,6 +203,10 @@ def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
     assert known(contacts, dues) == (CAPACITY, True)
     dues[CAPACITY] = 0.5  # the next one found no room
     assert known(contacts, dues) == (None, False)
+    dues[1] = NEVER
+    for event_time, complete in ((CAPACITY + 0.5, True), (CAPACITY + 1.5, False)):
+        keep(contacts, 0, 1, 0.0, event_time)
+        assert known(contacts, dues) == (1, complete)
 
 
 CROWDED = """

@@ -21,6 +21,9 @@ FIVE = 5.0
 @pytest.fixture(scope="module")
 def found():
     scene = mixture([64, 64], diameters=[1.0, 0.6], masses=[1.0, 0.25], packing_fraction=0.3, seed=2)
+    arrays = {"positions": scene.positions, "diameter": scene.diameters, "mass": scene.masses}
+    # In the order of particles the second species comes first.
+    scene = scene.replace(**{name: each[::-1] for name, each in arrays.items()}, species=scene.species[::-1])
     sim = carom.Simulation(scene, seed=3)
     sim.run(collisions_per_particle=100)
     before = sim.collisions_by_species
@@ -50,6 +53,7 @@ def test_normal_speeds_have_the_exact_distribution(found):
     sim, result, _ = found
     masses = [1.0, 0.25]
     d = 3 * (sim.scene.n - 1)
+    assert [*result.normal_speed] == [(0, 0), (0, 1), (1, 1)]
     for (a, b), speeds in result.normal_speed.items():
         mu = masses[a] * masses[b] / (masses[a] + masses[b])
         mean = np.sqrt(np.pi / (2.0 * mu)) * theory.speed_factor(d) ** -1
