@@ -10,9 +10,11 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.scripts import python, run_cell
 
+from carom import theory
 from carom.compiling import machine, stored
 from carom.compiling.entry import entry
 
@@ -335,6 +337,22 @@ def test_what_a_model_is_made_of_has_another_digest_after_an_edit(folder, digest
     assert digest() == before
     edit(folder / file, old, new)
     assert digest() not in (before, None)
+
+
+def test_what_a_model_calls_in_a_room_of_carom_counts_with_it(monkeypatch):
+    def walked(function):
+        stored.sources.cache_clear()
+        walk = stored.Walk()
+        walk.visit(function)
+        return walk.found.hexdigest()
+
+    of_theory, of_masses, read = lambda x: theory.best(x), lambda x: np.sum(x), Path.read_bytes
+    before = walked(of_theory), walked(of_masses)
+    edited = Path(theory.best.__code__.co_filename)
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path == edited))
+    assert walked(of_theory) != before[0]
+    assert walked(of_masses) == before[1]
+    stored.sources.cache_clear()
 
 
 FALLS = "def fall(x):\n    return 0.1 * x\n"

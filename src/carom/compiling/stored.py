@@ -49,14 +49,20 @@ def digest(*words: Any) -> str:
 
 
 @cache
-def sources(room: str = "") -> str:
-    """Return the SHA-256 of the sources of this package; the ``room`` of an entry point counts, too."""
+def sources(*more: str) -> str:
+    """Return the SHA-256 of the sources of these rooms, and of ``more``."""
     found = hashlib.sha256()
     package = Path(__file__).parents[1]
-    for each in sorted({*ROOMS, room or ROOMS[0]}):
-        for path in sorted((package / each).rglob("*.py")):
+    for room in (*ROOMS, *more):
+        for path in sorted((*package.glob(f"{room}.py"), *(package / room).rglob("*.py"))):
             found.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return found.hexdigest()
+
+
+def sources_of(function: Any) -> str:
+    """Return the same; the room of a function of this package is one of them."""
+    room = function.__module__.split(".")[1] if registry.is_ours(function.__module__) else ROOMS[0]
+    return sources(*{room}.difference(ROOMS))
 
 
 def folders() -> list[Path]:
@@ -79,10 +85,9 @@ class Shelf:
         versions = (sys.version_info[:3], llvmlite.__version__, machine.processor(), checked)
         self.kind = digest(function.__module__, said, versions)
         self.walk: Walk | None = Walk()
-        ours = registry.is_ours(function.__module__)
-        origins = sources(function.__module__.split(".")[1] if ours else "")
+        origins = sources_of(function)
         try:
-            if not ours:
+            if not registry.is_ours(function.__module__):
                 self.walk.visit(function)
             self.walk.visit_classes(classes)
             origins += self.walk.found.hexdigest()
@@ -225,6 +230,8 @@ class Walk:
     def visit_function(self, function: Any) -> None:
         """Note a function, and all that it reads."""
         self.add(function.__qualname__)
+        if _is_by_name(function):
+            self.add(sources_of(function))
         if _is_by_name(function) or function in self.functions:
             return
         self.functions[function] = None
@@ -250,13 +257,14 @@ class Walk:
                 self.visit_parts(scope[name], code.co_names, set())
 
     def visit_parts(self, value: Any, names: tuple[str, ...], seen: set[str]) -> None:
-        """Note a value; of a module what has one of the names, of one known by its version the numbers."""
+        """Note a value; of a module what has one of the names, of one that is known numbers and functions."""
         self.visit(value)
         if isinstance(value, types.ModuleType) and value.__name__ not in seen:
             seen.add(value.__name__)
             for part in names:
                 found = getattr(value, part, None)
-                if not _known(value.__name__) or isinstance(found, int | float | np.generic):
+                number = isinstance(found, int | float | np.generic)
+                if number or not _known(value.__name__) or _is_by_name(found):
                     self.visit_parts(found, names, seen)
 
 
