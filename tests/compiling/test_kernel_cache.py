@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from helpers.scripts import python, run_cell
 
-from carom import theory
+from carom import arithmetic
 from carom.compiling import machine, stored
 from carom.compiling.entry import entry
 
@@ -346,12 +346,11 @@ def test_what_a_model_calls_in_a_room_of_carom_counts_with_it(monkeypatch):
         walk.visit(function)
         return walk.found.hexdigest()
 
-    of_theory, of_masses, read = lambda x: theory.best(x), lambda x: np.sum(x), Path.read_bytes
-    before = walked(of_theory), walked(of_masses)
-    edited = Path(theory.best.__code__.co_filename)
+    with_power, without, read = lambda x: arithmetic.power(x, 2), lambda x: np.sum(x), Path.read_bytes
+    before, edited = [walked(with_power), walked(without)], Path(arithmetic.__file__)
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path == edited))
-    assert walked(of_theory) != before[0]
-    assert walked(of_masses) == before[1]
+    assert walked(with_power) != before[0]
+    assert walked(without) == before[1]
     stored.sources.cache_clear()
 
 
