@@ -264,6 +264,14 @@ def test_columns_without_room_on_a_terminal_stand_below_and_every_row_is_a_row(w
     assert lines[-1] == "* η = 0.1, N = 108: too short"
 
 
+def test_no_cell_of_a_table_is_folded_on_a_terminal_of_any_width():
+    for width in range(40, 90):
+        lines = printed(coefficients(1), width, terminal=True).splitlines()
+        assert max(len(line.rstrip()) for line in lines) <= width
+        for word in ("thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33"):
+            assert any(word in line for line in lines), (width, word)
+
+
 def test_a_row_is_one_line_of_a_file_however_narrow_it_seems():
     lines = printed(coefficients(5), 30, terminal=False).splitlines()
     assert sum("0.95225" in line and "5.664 and 11.33" in line for line in lines) == 5
