@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import math
 import re
@@ -262,6 +263,25 @@ def test_columns_without_room_on_a_terminal_stand_below_and_every_row_is_a_row(w
     assert len(named) == 3 * groups
     assert groups == {60: 2, 80: 1}[width]
     assert lines[-1] == "* η = 0.1, N = 108: too short"
+
+
+def test_a_flagged_row_is_red_on_a_terminal_and_marked_on_a_page():
+    table = dataclasses.replace(coefficients(3), flagged=lambda row: row.n == 1)
+    shown = io.StringIO()
+    console = Console(file=shown, force_terminal=True, color_system="standard", width=100)
+    console.print(table.rich(console))
+    (red,) = (line for line in shown.getvalue().splitlines() if "\x1b[31m" in line)
+    assert re.sub(r"\x1b\[\d*m", "", red).split()[:2] == ["0.1", "1"]
+    (marked,) = (line for line in table.html().splitlines() if 'class="flagged"' in line)
+    assert "<td>0.1</td><td>1</td>" in marked
+
+
+def test_no_cell_of_a_table_is_folded_on_a_terminal_of_any_width():
+    for width in range(40, 90):
+        lines = printed(coefficients(1), width, terminal=True).splitlines()
+        assert max(len(line.rstrip()) for line in lines) <= width
+        for word in ("thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33"):
+            assert any(word in line for line in lines), (width, word)
 
 
 def test_a_row_is_one_line_of_a_file_however_narrow_it_seems():

@@ -19,7 +19,9 @@ def pad(vectors):
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3])
-@pytest.mark.parametrize("masses", [None, np.linspace(0.1, 10.0, 13)], ids=["equal", "unequal"])
+@pytest.mark.parametrize(
+    "masses", [None, np.full(13, 2.5), np.linspace(0.1, 10.0, 13)], ids=["one", "equal", "unequal"]
+)
 def test_ase_reads_extxyz_bit_for_bit(tmp_path, dimension, masses):
     import ase.io
 

@@ -23,6 +23,7 @@ from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata
 from carom.simulation.replay import Replay
 from carom.simulation.system_of_scene import prepare
+from carom.studies.runs.report import _units
 
 CIRCLES = ((2.0, 3.0), (2.5,))
 TIMERS = (0.5, 0.0)
@@ -81,6 +82,8 @@ def assert_counters(sim):
             seen = units.present & units.present[i] & (apart[i] < (radii[c] if c < len(radii) else 0.0))
             expected = np.bincount(units.kinds[seen], minlength=2)
             assert (units.counts[i, c] == expected).all()
+    left = units.kinds[units.present].tolist()
+    assert _units(sim) == {"hawk": left.count(0), "dove": left.count(1)}
 
 
 def note(unit, event):

@@ -213,6 +213,30 @@ def test_a_crystal_is_solid_in_one_cluster_also_when_it_moves(eta):
     assert found.largest.mean > 256 * (1.0 - FEW)
 
 
+def test_solid_particles_that_are_neighbors_are_in_one_cluster_alike_or_not():
+    """Of points at random, with each rule of the definition as one matrix."""
+    n, reach = 150, 2.4
+    frame = gas(n, 3, 1)
+    r = frame.positions[None] - frame.positions[:, None]
+    r -= 10.0 * np.rint(r / 10.0)
+    apart = np.sqrt(np.sum(r**2, axis=2)) + reach * np.eye(n)
+    near = apart < reach
+    order = np.array([harmonics(6, r[i, near[i]] / apart[i, near[i], None]).mean(axis=0) for i in range(n)])
+    order /= np.linalg.norm(order, axis=1)[:, None]
+    alike = near & (order @ order.T > 0.5)
+    solid = alike.sum(axis=1) >= 2
+
+    def largest(joined):
+        joined = (joined & solid & solid[:, None]) | np.eye(n, dtype=bool)
+        for _ in range(8):
+            joined = joined @ joined
+        return joined[solid].sum(axis=1).max()
+
+    found = Crystallinity(reach=reach, connections=2).over([frame])
+    assert (found.solid[0], found.largest_cluster[0]) == (solid.sum(), largest(near))
+    assert largest(alike) < largest(near) < solid.sum() < n
+
+
 def test_a_box_half_crystal_and_half_fluid_is_half_one_cluster():
     """Of the crystal the two layers at the interfaces, of 8 along the axis, may be solid-like or not."""
     crystal, fluid = carom.Scene.crystal(256, 0.545), carom.Scene.random(256, 0.4, seed=1)

@@ -115,6 +115,14 @@ def test_walls_hold_as_well():
     assert alone.rattlers.tolist() == [0]
 
 
+def test_gaps_to_walls_and_obstacles_are_parts_of_the_diameter_of_each_disk():
+    places, ball = [[1.5, 0.501], [4.0, 1.004], [6.012, 6.0]], Ball((4.0, 6.0), 0.5)
+    frame = frame_of(places, (9.0, 9.0), [1.0, 2.0, 3.0], periodic=False)
+    network = packing_network(frame, gap=0.01, obstacles=[ball])
+    assert network.gaps == pytest.approx([0.001, 0.002, 0.004])
+    assert network.bonds[:, 0].tolist() == [0, 1, 2]
+
+
 def test_obstacles_hold_as_well():
     # Three disks that touch each other fill a round container, wherever in the box it stands.
     angles = np.array([0.3, 0.3 + 2 * np.pi / 3, 0.3 + 4 * np.pi / 3])

@@ -69,14 +69,28 @@ def fitted_line(found):
     return times, 4 * found.diffusion.mean * times + found.fit_offset
 
 
+def middles(found):
+    """Return the middle of each bin, from its ends."""
+    return (found.edges[1:] + found.edges[:-1]) / 2
+
+
 def flights_lines(found):
     for k, each in enumerate(found.free_time):
         seen, rate = each.density > 0.0, found.collision_rate[k]
-        yield each.middle[seen], each.density[seen]
-        yield each.middle[seen], rate * np.exp(-rate * each.middle[seen])
+        times = middles(each)[seen]
+        yield times, each.density[seen]
+        yield times, rate * np.exp(-rate * times)
+
+
+def running_lines(found):
+    """Return each block over the middle of its time, and their mean up to the end of each."""
+    durations, values = np.array(found.block_durations), np.array(found.block_values)
+    ends = np.cumsum(durations)
+    return [(ends - durations / 2, values), (ends, np.cumsum(durations * values) / ends)]
 
 
 LINES = {
+    **dict.fromkeys(("PressureResult", "WallPressureResult", "VolumeResult"), running_lines),
     "StructureFactorResult": lambda found: [(found.k, found.S)],
     "DynamicsResult": lambda found: [
         (found.times, found.mean_square),
@@ -85,10 +99,10 @@ LINES = {
         fitted_line(found),
     ],
     "BondOrderResult": lambda found: [
-        np.array((found.middle, found.correlation))[:, np.isfinite(found.correlation)]
+        np.array((middles(found), found.correlation))[:, np.isfinite(found.correlation)]
     ],
     "FreeFlightsResult": lambda found: list(flights_lines(found)),
-    "PressureProfileResult": lambda found: [(found.middle, found.tensor[:, a, a]) for a in (1, 0)],
+    "PressureProfileResult": lambda found: [(middles(found), found.tensor[:, a, a]) for a in (1, 0)],
     "CrystallinityResult": lambda found: [(found.times, [108] * 3)] * 2,
 }
 """Numbers of the lines of each picture in the plane, in order."""

@@ -219,6 +219,14 @@ def test_a_movie_of_boxes_that_change_has_room_for_the_largest(tmp_path, edges, 
     assert sum(columns[0][[0, -1]]) == pytest.approx(sum(columns[1][[0, -1]]), abs=6), "both in the middle"
 
 
+def test_a_movie_of_disks_that_grow_has_room_for_the_largest(tmp_path):
+    small, large = (frame_of([[0.5, 2.0]], (8.0, 4.0), diameter) for diameter in (0.5, 3.0))
+    for name, frames in (("both", [small, large]), ("large", [large])):
+        carom.movie(frames, tmp_path / f"{name}.gif", size=60)
+    both, alone = (played(tmp_path / f"{name}.gif")[-1] for name in ("both", "large"))
+    np.testing.assert_array_equal(both < 128, alone < 128)
+
+
 def test_a_disc_is_hidden_by_a_later_one_that_lies_on_it_and_not_by_an_earlier_one(monkeypatch):
     monkeypatch.setattr(render, "FEW", 0)
     centers = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])

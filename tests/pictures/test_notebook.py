@@ -1,5 +1,7 @@
 """Notebooks: plots, bars and tables appear by themselves, and frames go to other programs in one word."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from helpers.frames import frames_of, write
@@ -7,6 +9,7 @@ from helpers.frames import frames_of, write
 import carom
 import carom.io
 from carom import notebook
+from carom.bridges.converters import to_xarray
 from carom.errors import InputError
 from carom.observables import Estimate
 from carom.table import in_html
@@ -114,6 +117,17 @@ def test_pandas_and_xarray_hold_a_frame_and_a_trajectory(tmp_path):
     small = data.positions.sel(axis="x")[:, (data.species == "small").values]
     assert small.shape == (3, int((frames[0].species == 0).sum()))
     assert frames[0].to_xarray().positions.shape == frames[0].positions.shape
+
+
+def test_xarray_has_each_field_of_each_frame():
+    frames = [
+        dataclasses.replace(frame, diameters=frame.diameters * (k + 1), box=frame.box + k)
+        for k, frame in enumerate(frames_of(2))
+    ]
+    data = to_xarray(frames)
+    for name in ("time", "step", "positions", "velocities", "diameters", "box", "unwrapped"):
+        np.testing.assert_array_equal(data[name], [getattr(frame, name) for frame in frames])
+    np.testing.assert_array_equal(data.masses, frames[0].masses)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4])

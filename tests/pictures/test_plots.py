@@ -21,7 +21,7 @@ from carom import theory
 from carom.block import Block
 from carom.drawing.render import Camera, rendered
 from carom.errors import FileError, InputError
-from carom.figures.palette import FACES, THEORIES
+from carom.figures.palette import FACES, THEORIES, rgb
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import RDF
 from carom.observables.packing import packing_network
@@ -205,10 +205,14 @@ def test_disks_are_drawn_to_scale_with_copies_at_the_border():
 def test_rods_are_drawn_where_they_are_and_across_a_periodic_border_at_both_ends(
     places, edge, periodic, drawn
 ):
-    figure = plots.snapshot(frame(places, (edge,), periodic=periodic))
+    kinds = np.arange(len(places))
+    figure = plots.snapshot(frame(places, (edge,), periodic=periodic, species=kinds))
     (rods,) = (c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
-    spans = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
-    np.testing.assert_allclose(spans, drawn)
+    spans = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths()]
+    np.testing.assert_allclose(sorted(spans), drawn)
+    for span, color in zip(spans, rods.get_facecolors(), strict=True):
+        (kind,) = np.flatnonzero(np.isclose(np.mean(span) % edge, np.ravel(places)))
+        assert tuple(color[:3]) == pytest.approx(rgb(FACES[kind]))
 
 
 def test_near_spheres_are_drawn_over_far_ones():

@@ -134,6 +134,15 @@ def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
     assert data["times"] == pytest.approx([0.0, 0.3, 0.6, 0.9])
 
 
+def test_a_page_has_room_for_the_largest_box_and_disk_of_its_frames():
+    sizes = [((8.0, 4.0), 0.5), ((4.0, 6.0), 1.5), ((6.0, 5.0), 1.0)]
+    frames = [frame_of([[1.0, 2.0]], box, diameter) for box, diameter in sizes]
+    data = of_frames(frames, ())
+    assert (data["box"], data["reach"]) == ([8.0, 6.0, 0.0], 0.75)
+    assert data["boxes"] == [[*box, 0.0] for box, _ in sizes]
+    assert unpacked(data["radii"], "<f4").tolist() == [0.25, 0.75, 0.5]
+
+
 def test_velocities_that_nobody_has_are_not_shown():
     frame = frames_of(2)[0]
     assert carom.view(frame).data["velocities"]

@@ -191,6 +191,13 @@ def test_a_system_without_collisions_ends(positions, velocities):
     )
 
 
+def test_the_slowest_of_those_that_fly_along_an_axis_meet_as_well():
+    # Sphere 0 passes the others 420 times, out of their reach, until 1 has come to 2.
+    positions, velocities = [[1.0, 6.0], [1.0, 2.0], [8.0, 2.0]], [[7.0, 0.0], [0.01, 0.0], [0.0, 0.0]]
+    met = NaiveSystem(positions, velocities, [10.0, 10.0], arithmetic="fraction").step()
+    assert (met.i, met.j, float(met.time)) == (1, 2, pytest.approx(600.0))
+
+
 def test_spheres_that_fly_along_a_channel_for_ever_are_reported():
     # Relative motion along the diagonal of a square returns to itself and misses by sqrt(8) - 1.
     positions, velocities, box = [[0.0, 0.0], [4.0, 0.0]], [[1.0, 1.0], [0.0, 0.0]], [8.0, 8.0]

@@ -2,6 +2,7 @@
 
 import functools
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from carom.block import Block, VolumeSums
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.simulation.measuring.until_precise import merged
 from carom.simulation.moves.barostat import VolumeMoves, volume_sums
 from carom.studies.job import Look
 from carom.studies.phase import MeanBox, _theory, phase_of, shift
-from carom.studies.runs.driver import Measured
+from carom.studies.runs.driver import Measured, Run
 from carom.studies.runs.report import at_constant_pressure
 
 SLOW = pytest.mark.slow
@@ -271,3 +273,13 @@ def test_volumes_that_are_drawn_are_told_and_refuse_nothing(tmp_path):
     assert found["accepted"] == found["tried"] > 80
     assert SceneFile.from_toml(plan.to_toml()) == plan
     assert "volume moves" not in CliRunner().invoke(app, ["info", str(tmp_path / "drawn")]).output
+
+
+def test_the_places_where_a_run_began_are_scaled_to_the_box_that_it_has():
+    spec = SceneSpec(n=8, dimension=2, packing_fraction=0.2)
+    plan = SceneFile(scene=spec, run=RunSpec(barostat=carom.Barostat(1.0, interval=0.2), time=1.0))
+    start = plan.build_scene()
+    scale = np.array([1.5, 0.75])
+    scene = SimpleNamespace(positions=start.positions, box=tuple(scale * start.box))
+    run = SimpleNamespace(plan=plan, sim=SimpleNamespace(scene=scene))
+    np.testing.assert_allclose(Run.first_places.func(run), scale * start.positions, rtol=1e-14)

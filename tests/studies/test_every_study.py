@@ -4,14 +4,17 @@ Each runs once, small, as its command runs it. Its folder is copied then, and ta
 they gave before, so that nothing is simulated twice.
 """
 
+import contextlib
 import csv
 import dataclasses
 import json
 import shutil
 import signal
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
+import typer
 from helpers.commands import content, in_this_process
 from helpers.plain import uncompiled
 from helpers.roots import Roots, RootSpec
@@ -327,6 +330,29 @@ def test_a_command_that_is_stopped_ends_with_130_and_has_its_file(whole, tmp_pat
     monkeypatch.setattr(type(study), "measure", staticmethod(replay))
     assert whole.again(out, "--no-pictures").exit_code == whole.done.exit_code
     assert len(whole.ran) == len(study.tasks)
+
+
+@pytest.mark.parametrize(
+    ("flagged", "complete", "kept", "code"),
+    [
+        ([], True, True, 0), ([False, False], True, True, 0), ([False, True], True, True, 3),
+        ([True, False], True, True, 3), ([False], False, True, 3), ([False], True, False, 3),
+    ],
+)  # fmt: skip
+def test_a_study_ends_with_three_if_any_point_is_flagged_missing_or_lost(
+    flagged, complete, kept, code, tmp_path
+):
+    class Rows(list):
+        flagged = bool
+
+    study = SimpleNamespace(
+        table=Rows(flagged), complete=complete, progress="1 of 2 runs", records=[{"task": "a"}, {"task": "b"}]
+    )
+    for name in ("a", "b") if kept else ("a",):
+        (tmp_path / name).touch()
+    with pytest.raises(typer.Exit) if code else contextlib.nullcontext() as ended:
+        command_line.finish(study, SimpleNamespace(result=lambda task: tmp_path / task))
+    assert not code or ended.value.exit_code == code
 
 
 def test_a_task_that_fails_costs_itself_alone_and_is_tried_again(whole, tmp_path, monkeypatch):

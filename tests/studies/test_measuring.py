@@ -7,13 +7,14 @@ import warnings
 import numpy as np
 import pytest
 from helpers.commands import refused, typed
-from helpers.frames import write
+from helpers.frames import at_rest, write
 
 import carom
 from carom import io
 from carom.errors import CaromWarning, FileError, InputError
+from carom.models import Ball, Gravity, Plane
 from carom.observables.rdf import PartialRDF
-from carom.studies.measuring import QUANTITIES, WAVES
+from carom.studies.measuring import QUANTITIES, WAVES, _System
 from carom.studies.result_folders import TABLES
 
 FRAMES = 24
@@ -118,6 +119,22 @@ def test_walls_and_gravity_have_a_profile_and_no_g(box):
     # Of the run it is known that no axis keeps its momentum but x; of frames alone only that y has walls.
     right = carom.Dynamics(conserved=(True, False)).over(frames)
     assert found["msd"] == right
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ({}, (True, True)),
+        ({"walls": "y"}, (True, False)),
+        ({"obstacles": [Ball((2.0, 2.0), 0.5)]}, (False, False)),
+        ({"walls": "x", "obstacles": [Plane((1.0, 0.0), 0.1)]}, (False, True)),
+        ({"walls": "x", "motion": Gravity((-1.0, 0.0))}, (False, True)),
+    ],
+)
+def test_displacements_of_a_run_are_about_the_momentum_that_its_scene_keeps(given, kept):
+    scene = carom.Scene.random(8, 0.05, 2, seed=1, **given)
+    frame = dataclasses.replace(at_rest(scene), images=np.zeros((8, 2), np.int32))
+    assert tuple(QUANTITIES["msd"].make(_System(frame, scene)).conserved) == kept
 
 
 def test_of_frames_of_another_program_no_momentum_is_taken_as_conserved(fluid, tmp_path):

@@ -157,6 +157,8 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
         (0.3, 2.0, SquareWell(1.5, 2.0), 3, True),
         (0.3, 1.22, SquareWell(1.5, 1.0), 3, False),
         (0.02, 1.0, SquareWell(1.5, 1.0), 3, False),
+        (0.1, 1.0, SquareWell(1.5, 1.0), 3, True),
+        (0.6, 1.0, SquareWell(1.5, 1.0), 3, True),
         (0.7, 1.0, SquareWell(1.5, 1.0), 3, False),
         (0.3, 0.5, SquareWell(1.3, 1.0), 3, False),
         (0.3, 1.0, SquareWell(1.5, -1.0), 3, False),

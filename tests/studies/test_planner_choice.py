@@ -10,7 +10,7 @@ import pytest
 from carom import Scene, Species, theory
 from carom.observables import blocking
 from carom.studies.planner import diffusion, measures
-from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
+from carom.studies.planner.choice import CACHES, PART, Costs, Design, design, slowed, within
 from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
@@ -21,6 +21,24 @@ from carom.studies.transport.analysis import Coefficient
 def test_three_replicas_on_two_cores_take_as_long_as_two_of_them():
     plan = Design(100, 3, 10.0, 100.0, 0.01, 0.0, 0.01, cpu_seconds=30.0)
     assert [plan.seconds(cores) for cores in (1, 2, 3, 8)] == [30.0, 20.0, 10.0, 10.0]
+
+
+@pytest.mark.parametrize("error", [1e-1, 1e-4], ids=["the shortest run", "a long run"])
+def test_replicas_share_what_is_measured_and_each_has_its_own_start(error):
+    costs = Costs(
+        n=500, variance=10.0, bias=0.0, collisions_per_second=1e5, setup_seconds=2.0, equilibration=100.0,
+        shortest=1000.0,
+    )  # fmt: skip
+    one, four = (design(costs, error, replicas) for replicas in (1, 4))
+    # Lengths have four digits, those of equilibrations three.
+    assert 4 * four.collisions_per_particle == pytest.approx(one.collisions_per_particle, rel=1e-3)
+    assert one.collisions_per_particle >= costs.shortest
+    assert four.statistical == pytest.approx(one.statistical, rel=1e-3)
+    for each in (one, four):
+        assert each.equilibration == pytest.approx(max(100.0, PART * each.collisions_per_particle), rel=5e-3)
+        length = each.equilibration + each.collisions_per_particle
+        seconds = each.replicas * (2.0 + 0.5 * 500 * length / 1e5)
+        assert each.cpu_seconds == pytest.approx(seconds, rel=1e-12)
 
 
 @pytest.mark.parametrize("bias", [0.0, 1e-3, 3e-3])
@@ -73,6 +91,16 @@ def test_a_plan_counts_the_species_of_a_mixture_as_its_scene_does(fractions):
     for n in (64, 70, 91):
         there = Scene.random(n, 0.05, 3, species=species, seed=1)
         assert list(System(0.05, scene={"species": mixed}).counts(n)) == np.bincount(there.species).tolist()
+
+
+def test_a_pilot_waits_for_the_slowest_species():
+    steps = np.array([[3.0, 0.0], [0.0, 3.0], [0.6, 0.8], [3.0, 0.0], [0.0, 0.0]])
+    there = np.random.default_rng(1).normal(size=(5, 2))
+    for species, slowest in ((None, 5.6), ([0, 0, 0, 1, 1], 4.5), ([0, 0, 1, 0, 1], 0.5)):
+        kinds = None if species is None else np.array(species)
+        frame = SimpleNamespace(unwrapped=there + steps, box=(4.0, 5.0), n=5, dimension=2, species=kinds)
+        pilot = SimpleNamespace(sim=SimpleNamespace(frame=lambda frame=frame: frame), there=there)
+        assert measures.Trial.moved(pilot) == pytest.approx(slowest / 4.0)  # squares of the mean spacing
 
 
 def test_what_two_spheres_carry_is_known_exactly():
@@ -131,13 +159,14 @@ def test_the_costs_of_a_pressure_are_those_of_z_in_its_unit(quantity):
     value = (blocking(known).mean - system.shift(128) - offset) * factor
     assert pilot.value == pytest.approx(value, rel=1e-12)
     variance = measures.estimates(known, None, 3)["virial"].error ** 2 * 1e6
-    ns = [64, 128, 512, 4096]
+    ns = [64, 128, 512, 4096, 40_000]
     costs = [method.costs(pilot, n) for n in ns]
     for n, each in zip(ns, costs, strict=True):
         assert each.n == n
         assert each.variance == pytest.approx(variance * factor**2)
         assert each.bias == pytest.approx(residual(system, n) * factor)
         assert each.setup_seconds == pytest.approx(0.5 * n / 128 + 5.12)
+        assert each.collisions_per_second == pytest.approx(1e5 if n < CACHES else slowed(1e5, 500, n))
     seconds = [design(dataclasses.replace(each, bias=0.0), 1e-3 * factor).cpu_seconds for each in costs]
     assert seconds == sorted(seconds)
     z = 3.0 + np.random.default_rng(1).normal(size=(2, 64))

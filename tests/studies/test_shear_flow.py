@@ -15,6 +15,7 @@ from carom.simulation.measuring import stretches
 from carom.studies import ShearFlow, ShearSpec
 from carom.studies.scenes import simulation_of
 from carom.studies.shear.measure import Flow, means
+from carom.studies.shear.study import _row
 
 FIVE = 5.0
 """Standard errors within which two numbers agree."""
@@ -59,6 +60,14 @@ def test_inelastic_spheres_know_no_time_but_that_of_the_flow(grains):
         assert 0.0 < max(errors) < 0.2 * (abs(one) + 0.1), name
     assert math.isnan(fast.enskog)
     assert fast.strain == pytest.approx(100.0)
+
+
+def test_replicas_have_the_strain_of_all_and_the_mean_of_one(grains):
+    for point in grains[0].by_point():
+        one, three = (_row(point * times) for times in (1, 3))
+        assert three.strain == pytest.approx(3.0 * one.strain, rel=1e-12)
+        for name in ("kT", "viscosity", "collision_rate", "pressure", "N1", "N2"):
+            assert getattr(three, name) == pytest.approx(getattr(one, name), rel=1e-9), name
 
 
 def test_one_rate_at_several_packing_fractions_is_drawn_against_the_packing_fraction(grains):

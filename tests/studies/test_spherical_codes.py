@@ -78,6 +78,19 @@ def test_algebraic_codes_come_out_to_thirty_digits(n):
     assert code.angle == pytest.approx(TABLE.get((3, n), code.angle), abs=LAST_DIGIT)
 
 
+@pytest.mark.parametrize(
+    ("n", "dimension", "rigid"),
+    [
+        (2, 2, True), (2, 3, True), (3, 2, True), (3, 3, True), (3, 5, True), (4, 3, True), (4, 7, True),
+        (5, 2, True), (6, 3, True), (8, 4, True), (5, 3, False), (7, 4, False),
+    ],
+)  # fmt: skip
+def test_simplices_cross_polytopes_and_polygons_cannot_move_and_parts_of_cross_polytopes_can(
+    n, dimension, rigid
+):
+    assert spherical_code(n, dimension).rigid is rigid
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [4, 5, 6])
 def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):

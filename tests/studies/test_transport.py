@@ -253,6 +253,25 @@ def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():
     assert found.error < 0.3
 
 
+def test_replicas_of_unequal_temperature_are_scaled_by_the_mean_of_all():
+    blocks = [block_of(windows.LAGS) | {"bulk": [[0.0] * len(windows.LAGS), [*windows.LAGS]]}] * 4
+    found = Point([{"result": {**result_of(blocks), "kT": kT}} for kT in (1.0, 3.0)])
+    one = point_of(blocks)
+    for name, power in (("shear_viscosity", 1), ("bulk_viscosity", 1), ("thermal_conductivity", 2)):
+        alone, both = (getattr(point, name)().mean for point in (one, found))
+        assert both == pytest.approx(alone / 2.0**power, rel=1e-6), name
+
+
+def test_diffusion_of_a_species_is_as_uncertain_as_its_number_makes_it():
+    moved = {"times": [0.5 * lag for lag in windows.LAGS], "means": [[3.0 * lag] * 4 for lag in windows.LAGS]}
+    blocks = [block_of(windows.LAGS) | {"moved": [moved, moved]}] * 16
+    result = {**result_of(blocks, samples=1000), "counts": [2, 98], "wave_time": 0.0}
+    rare, common = (Point([{"result": result}]).self_diffusion(species)[0] for species in (0, 1))
+    assert rare.mean == common.mean == pytest.approx(1.0)
+    # Blocks that do not scatter have the least error, that of independent particles.
+    assert rare.error == pytest.approx(7.0 * common.error)
+
+
 def test_two_estimators_combine_to_less_than_either():
     rng = np.random.default_rng(1)
     x, y = rng.standard_normal((2, 4000))

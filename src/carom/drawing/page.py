@@ -211,7 +211,7 @@ def of_frames(frames: Sequence[Configuration], obstacles: Sequence[Obstacle]) ->
     velocities = np.array([frame.velocities for frame in kept])
     diameters = np.array([frame.diameters for frame in kept])
     if (diameters != diameters[0]).any():
-        data["radii"] = packed(0.5 * diameters, "f4")
+        data["radii"], data["reach"] = packed(0.5 * diameters, "f4"), 0.5 * float(diameters.max())
         data["notes"].append("diameters change")
     if stride > 1:
         data["notes"].append(f"one of {stride} of {len(frames)} frames: a page has room for {most}")

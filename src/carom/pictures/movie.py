@@ -125,7 +125,8 @@ def movie(
         raise InputError(
             f"psi_6 colors frames of two dimensions, and these have {first.dimension}; take another color."
         )
-    largest = replace(first, box=np.max([source[k].box for k in range(len(source))], axis=0))
+    boxes, widest = zip(*((frame.box, frame.diameters.max()) for frame in source), strict=True)
+    largest = replace(first, box=np.max(boxes, axis=0), diameters=np.full(first.n, max(widest)))
     camera = Camera.on(largest, size)
     longer, shorter = max(camera.width, camera.height), min(camera.width, camera.height)
     size = max(min(math.ceil(size * longer / shorter), LONGEST), size)

@@ -88,15 +88,18 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 def is_rigid(points: np.ndarray, pairs: np.ndarray) -> bool:
     """Return whether the points that contacts hold can only rotate together.
 
-    Apart from rotations, every first-order motion then changes the length of a contact.
+    Apart from rotations, every first-order motion then changes the length of a contact. Only a simplex in
+    more dimensions than it spans gives way to first order, but not to second.
     """
     held = np.unique(pairs)
     if not len(held):
         return False
     n, k = len(held), points.shape[1]
+    if n <= k + 1 and len(pairs) == n * (n - 1) // 2:
+        return True
     here = np.searchsorted(held, pairs)
     values = np.linalg.svd(jacobian(points[held], here)[:, :-1], compute_uv=False)
     rank = int((values > np.sqrt(ROUNDING) * values[0]).sum())
-    span = min(n, k)
+    span = int(np.linalg.matrix_rank(points[held], tol=np.sqrt(ROUNDING)))
     turns = k * (k - 1) // 2 - (k - span) * (k - span - 1) // 2
     return rank == n * k - turns
