@@ -1,5 +1,6 @@
 """Movies and pictures in space: light, depth, obstacles, what is hidden, and a file that others play."""
 
+import itertools
 import math
 import time
 
@@ -10,7 +11,7 @@ from PIL import Image, ImageSequence
 
 import carom
 from carom.drawing import render
-from carom.drawing.caption import decimals_of
+from carom.drawing.caption import Caption, decimals_of
 from carom.drawing.render import Camera, rendered
 from carom.errors import InputError
 from carom.figures.palette import FACES, SEQUENTIAL, rgb
@@ -217,6 +218,14 @@ def test_a_movie_of_boxes_that_change_has_room_for_the_largest(tmp_path, edges, 
     lengths = [found[-1] - found[0] for found in columns]
     assert lengths[0] == pytest.approx(0.5 * lengths[1], abs=6)
     assert sum(columns[0][[0, -1]]) == pytest.approx(sum(columns[1][[0, -1]]), abs=6), "both in the middle"
+
+
+def test_a_caption_names_colors_in_their_order():
+    colors = np.eye(3)
+    caption = Caption(600, 1, entries=[(tuple(color), f"kind {k}") for k, color in enumerate(colors)])
+    strip = caption.under(np.zeros((4, 600, 3), np.uint8), 0.0)[4:]
+    places = [np.flatnonzero((strip == 255 * color).all(axis=2).any(axis=0)) for color in colors]
+    assert all(before.max() < after.min() for before, after in itertools.pairwise(places))
 
 
 def test_a_movie_of_disks_that_grow_has_room_for_the_largest(tmp_path):

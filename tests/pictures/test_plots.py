@@ -21,6 +21,7 @@ from carom import theory
 from carom.block import Block
 from carom.drawing.render import Camera, rendered
 from carom.errors import FileError, InputError
+from carom.figures import curves
 from carom.figures.palette import FACES, THEORIES, rgb
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import RDF
@@ -213,6 +214,11 @@ def test_rods_are_drawn_where_they_are_and_across_a_periodic_border_at_both_ends
     for span, color in zip(spans, rods.get_facecolors(), strict=True):
         (kind,) = np.flatnonzero(np.isclose(np.mean(span) % edge, np.ravel(places)))
         assert tuple(color[:3]) == pytest.approx(rgb(FACES[kind]))
+
+
+def test_blocks_that_are_drawn_as_one_have_their_mean_at_the_middle_of_their_time():
+    means, middles = curves.grouped(np.array([1.0, 4.0, 5.0]), np.array([1.0, 2.0, 3.0]), 2)
+    assert (means.tolist(), middles.tolist()) == ([3.0, 5.0], [1.5, 4.5])
 
 
 def test_near_spheres_are_drawn_over_far_ones():

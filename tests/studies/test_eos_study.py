@@ -469,6 +469,15 @@ def rows_of(dimension, etas, error, rng, *, sizes=(10**9,)):
     return rows
 
 
+def test_what_is_not_known_of_virial_coefficients_grows_as_the_second_one():
+    """Three points fit three terms: all that is left is the prior of the others, 2^(d-1)."""
+    errors = [
+        fits.virials(rows_of(d, (0.05, 0.1, 0.15), 1e-8, np.random.default_rng(1))).errors for d in (2, 3, 4)
+    ]
+    for more, less in zip(errors[1:], errors, strict=False):
+        assert more == pytest.approx([2.0 * error for error in less], rel=1e-3)
+
+
 @pytest.mark.parametrize("dimension", [2, 3, 4])
 def test_virial_coefficients_come_out_within_honest_errors(dimension):
     rng = np.random.default_rng(dimension)
@@ -670,8 +679,13 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
         for row in rows
     ]
     assert strange_bars(bottom, above) == (12, [])
-    for axes in pictures.sizes(study).axes[:4]:  # with the fitted value at 0
-        assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])
+    for axes, fit in zip(pictures.sizes(study).axes, study.extrapolate(), strict=False):
+        assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])  # with the fitted value at 0
+        lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+        for name, slope in (("fit", fit.slope), ("slope by theory", fit.theory_slope)):
+            (low, at_low), (high, at_high) = lines[name]
+            assert (low, at_low, at_high) == pytest.approx((0.0, fit.Z, fit.Z + slope * high))
+            assert high > 1.0 / 108
     known = [dataclasses.replace(row, order_error=0.01 * (k + 1)) for k, row in enumerate(rows)]
     axes = pictures.order(SimpleNamespace(table=known)).axes[0]
     assert strange_bars(axes, known) == (12, [])

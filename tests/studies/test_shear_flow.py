@@ -68,6 +68,13 @@ def test_replicas_have_the_strain_of_all_and_the_mean_of_one(grains):
         assert three.strain == pytest.approx(3.0 * one.strain, rel=1e-12)
         for name in ("kT", "viscosity", "collision_rate", "pressure", "N1", "N2"):
             assert getattr(three, name) == pytest.approx(getattr(one, name), rel=1e-9), name
+        # One that had not settled is enough, whichever it is.
+        (record,) = point
+        kT = [value * (0.5 + k / 64) for k, value in enumerate(record["result"]["series"]["kT"])]
+        result = {**record["result"], "series": {**record["result"]["series"], "kT": kT}}
+        late = {**record, "result": result}
+        said = [_row(records).remark for records in ([late, record], [record, late], point * 2)]
+        assert ["had not settled" in remark for remark in said] == [True, True, False]
 
 
 def test_one_rate_at_several_packing_fractions_is_drawn_against_the_packing_fraction(grains):

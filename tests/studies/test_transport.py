@@ -434,6 +434,8 @@ def test_the_length_follows_from_the_error_asked_for():
     loose, tight = (studies.TransportSpec(packing_fraction=(0.3,), relative_error=e) for e in (0.01, 0.005))
     one, two = (spec.tasks()[0]["collisions_per_particle"] for spec in (loose, tight))
     assert two == pytest.approx(4.0 * one, rel=1e-3)
+    alone, many = (replace(tight, replicas=k).tasks()[0]["collisions_per_particle"] for k in (1, 3))
+    assert 3.0 * many == pytest.approx(alone, rel=1e-3)  # of each, which share the whole
 
 
 def test_the_time_between_samples_is_in_the_units_of_diameters_and_masses():
