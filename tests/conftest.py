@@ -1,5 +1,6 @@
 """Settings of the whole test session."""
 
+import dataclasses
 import functools
 import os
 import signal
@@ -46,6 +47,18 @@ def plain():
     """Let simulations of this process run as plain Python: the same bits, and nothing is compiled."""
     with uncompiled():
         yield
+
+
+@pytest.fixture
+def short_epochs(monkeypatch):
+    """Let many epochs end in a run of some collisions."""
+    from carom.engine.neighbors import plan
+
+    def choose_short(*given, choose=plan.choose):
+        found = choose(*given)
+        return dataclasses.replace(found, epoch=2.0**-4, width=min(found.width, 2.0**-4))
+
+    monkeypatch.setattr(plan, "choose", choose_short)
 
 
 @pytest.fixture(params=["plain", slow("compiled")])

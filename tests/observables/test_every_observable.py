@@ -283,7 +283,7 @@ def test_results_of_frames_have_the_units_that_they_tell(name, d, walls):
 BULK = carom.Scene.random(12, 0.3, 2, seed=1)
 OF_RUNS = {
     "bulk": (BULK, 2.0, 16, lambda u: {}, lambda: (carom.Pressure(), carom.PressureTensor(), carom.Energy())),
-    "flights": (BULK, 4.0, 8, lambda u: {}, lambda: (carom.FreeFlights(),)),
+    "flights": (BULK, 2.0, 8, lambda u: {}, lambda: (carom.FreeFlights(),)),
     "walls": (
         carom.Scene.random(9, box=(6.0, 5.0), walls="y", seed=1), 4.0, 16, lambda u: {},
         lambda: (carom.WallPressure("y_high"), carom.PressureProfile("y", bins=4)),
@@ -322,6 +322,35 @@ def test_results_of_runs_have_the_units_that_they_tell(name, plain, monkeypatch)
         several = sim.measure(*kinds(), time=time / u, blocks=blocks)
         found.append(several if isinstance(several, tuple) else (several,))
     assert sum(assert_scaled(b, a, 2) for a, b in zip(*found, strict=True)) > 3
+
+
+IN_MOTION = {
+    "wells": BULK.replace(interaction=carom.models.SquareWell(1.25, 0.5)),
+    "shear": BULK.replace(motion=carom.models.Shear(0.5)),
+    "gravity": OF_RUNS["walls"][0].replace(motion=carom.models.Gravity((0.0, -1.0))),
+}
+OF_EPOCHS = OF_RUNS | {
+    name: (scene, *OF_RUNS["walls" if scene.walls else "bulk"][1:]) for name, scene in IN_MOTION.items()
+}
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("name", OF_EPOCHS)
+def test_results_of_runs_depend_on_no_end_of_an_epoch(name, plain, monkeypatch, request):
+    scene, time, blocks, arguments, kinds = OF_EPOCHS[name]
+    monkeypatch.setattr(stretches, "time_for", lambda sim, count: count * sim.time / sim.collisions)
+    found = []
+    for _ in range(2):
+        sim = carom.Simulation(scene, kT=1.0, seed=1, **arguments(1.0))
+        sim.run(time=0.25)
+        several = sim.measure(*kinds(), time=time, blocks=blocks)
+        found.append(several if isinstance(several, tuple) else (several,))
+        request.getfixturevalue("short_epochs")
+    assert sim.time > 8 * sim._state.epoch_length
+    for one, other in zip(*found, strict=True):
+        for field, value in values(one).items():
+            # Some collisions of each make a thousand of the last digits.
+            np.testing.assert_allclose(values(other)[field], value, rtol=1e-9, atol=1e-9, err_msg=field)
 
 
 def test_every_observable_is_in_a_table():

@@ -1,13 +1,11 @@
 """Helfand's moments of pairs with steps: exact against positions, velocities and pair energies."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 import carom
-from carom.engine.neighbors import plan
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
@@ -51,17 +49,6 @@ def position_moments(frame, drift):
     v = frame.velocities - drift
     energies = 0.5 * m * np.sum(v * v, axis=1) + halves(x)
     return np.einsum("i,ia,ib->ab", m, x, v), energies @ x
-
-
-@pytest.fixture
-def short_epochs(monkeypatch):
-    """At the end of an epoch currents are counted anew: many end in a run."""
-
-    def choose_short(*given, choose=plan.choose):
-        found = choose(*given)
-        return dataclasses.replace(found, epoch=2.0**-4, width=min(found.width, 2.0**-4))
-
-    monkeypatch.setattr(plan, "choose", choose_short)
 
 
 @pytest.mark.usefixtures("both_ways", "short_epochs")
