@@ -232,7 +232,8 @@ class Walk:
         self.add(function.__qualname__)
         if _is_by_name(function):
             self.add(sources_of(function))
-        if _is_by_name(function) or function in self.functions:
+            return
+        if function in self.functions:
             return
         self.functions[function] = None
         self.add(registry.FLAGS.get(function))
