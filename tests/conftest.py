@@ -50,15 +50,25 @@ def plain():
 
 
 @pytest.fixture
-def short_epochs(monkeypatch):
-    """Let many epochs end in a run of some collisions."""
+def shorten_epochs(monkeypatch):
+    """Return a function that gives epochs a length, for simulations that begin or are refitted after it."""
     from carom.engine.neighbors import plan
 
-    def choose_short(*given, choose=plan.choose):
-        found = choose(*given)
-        return dataclasses.replace(found, epoch=2.0**-4, width=min(found.width, 2.0**-4))
+    def shorten(epoch):
+        def choose_short(*given, choose=plan.choose):
+            found = choose(*given)
+            width, span = min(found.width, epoch), min(found.span, epoch)
+            return dataclasses.replace(found, epoch=epoch, width=width, span=span)
 
-    monkeypatch.setattr(plan, "choose", choose_short)
+        monkeypatch.setattr(plan, "choose", choose_short)
+
+    return shorten
+
+
+@pytest.fixture
+def short_epochs(shorten_epochs):
+    """Let many epochs end in a run of some collisions."""
+    shorten_epochs(2.0**-4)
 
 
 @pytest.fixture(params=["plain", slow("compiled")])

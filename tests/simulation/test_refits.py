@@ -6,7 +6,6 @@ usual unit, and keeps it. The other leaves it when particles are heated by 10^6,
 must then be equal, bit for bit, each by the dimension that its field declares.
 """
 
-import dataclasses
 import math
 
 import numpy as np
@@ -15,7 +14,6 @@ from helpers import refits
 from helpers.marks import slow
 
 import carom
-from carom.engine.neighbors import plan
 from carom.models.interfaces.memory import KEPT, fields_of
 from carom.models.obstacles.moving import Displaced
 from carom.simulation.workers.executive import Executive, Settings
@@ -140,19 +138,11 @@ NOT_OF_RUNS = ("advancements", "transits", "third_party_first", "returns", "ener
 
 
 @pytest.mark.parametrize("name", refits.ROWS)
-def test_nothing_is_forgotten_at_an_end_of_an_epoch_after_a_refit(name, plain, monkeypatch):
+def test_nothing_is_forgotten_at_an_end_of_an_epoch_after_a_refit(name, plain, shorten_epochs):
     whole, refitted = refits.simulation(name, 1.0), refits.simulation(name, 1.0)
     duration = refits.duration(name, 1.0, False)
     whole.run(time=duration)
-    choose = plan.choose
-
-    def choose_short(*given):
-        found = choose(*given)
-        epoch = duration / 16.0
-        width, span = min(found.width, epoch), min(found.span, epoch)
-        return dataclasses.replace(found, epoch=epoch, width=width, span=span)
-
-    monkeypatch.setattr(plan, "choose", choose_short)
+    shorten_epochs(duration / 16.0)
     hits = []
     for part in (0.25, 0.375, 0.375):
         refitted._state.refit()
