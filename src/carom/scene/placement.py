@@ -215,16 +215,16 @@ def separated(
         weight = np.where(pinned, UNMOVED, weight)
     obstructed = bool(room.everything())
     if n >= MANY and not room.tilt:
-        return _swept(positions, room, contacts, radii, weight, clearance, patience)
+        return _swept(positions, room, contacts, radii, weight, clearance, patience, pinned)
     far = (0.5 * SKIN * contacts.sizes) ** 2
     listed_at = positions = room.wrapped(positions)
-    pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), weight)
+    pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), pinned)
     contact = contacts.of(pairs)
     for _ in range(patience):
         moved = positions - listed_at
         if (np.einsum("ij,ij->i", moved, moved) > far).any():
             listed_at = positions = room.wrapped(positions)
-            pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), weight)
+            pairs = _movable(room.pairs(positions, contacts, clearance, SKIN), pinned)
             contact = contacts.of(pairs)
         separation = room.separations(positions, pairs)
         distance = np.sqrt(np.einsum("ij,ij->i", separation, separation))
@@ -243,9 +243,9 @@ def separated(
     return None
 
 
-def _movable(pairs: np.ndarray, weight: np.ndarray) -> np.ndarray:
+def _movable(pairs: np.ndarray, pinned: np.ndarray | None) -> np.ndarray:
     """Return the pairs (m, 2) of which one moves at least."""
-    return pairs[(weight[pairs] < UNMOVED).any(axis=1)]
+    return pairs if pinned is None else pairs[~pinned[pairs].all(axis=1)]
 
 
 def _swept(
@@ -256,6 +256,7 @@ def _swept(
     weight: np.ndarray,
     clearance: float,
     patience: int,
+    pinned: np.ndarray | None,
 ) -> np.ndarray | None:
     """Do the same as :func:`separated` for many components, by compiled sweeps over the pairs.
 
@@ -270,7 +271,7 @@ def _swept(
         if listed_at is None or (((positions - listed_at) ** 2).sum(axis=1) > far).any():
             listed_at = room.wrapped(positions)
             positions = listed_at.copy()
-            pairs = _movable(room.pairs(positions, contacts, clearance, WIDE_SKIN), weight)
+            pairs = _movable(room.pairs(positions, contacts, clearance, WIDE_SKIN), pinned)
             contact = contacts.of(pairs)
         outside = _moved_out(positions, room, radii, clearance) if obstructed else None
         if outside is not None:
