@@ -15,6 +15,7 @@ from helpers.mixtures import mixed, mixture
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
+from carom import Scene
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
 from carom.geometry import overlaps
@@ -24,7 +25,6 @@ from carom.models import Ball, Shear
 from carom.scene import placement
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
-from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 
 EPS = np.finfo(float).eps
